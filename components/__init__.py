@@ -1,0 +1,1 @@
+"""The vehicle, the arm and the controller: equations and declared interfaces, free of FMI."""

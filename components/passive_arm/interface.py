@@ -1,0 +1,69 @@
+"""Interface of the passive arm; link lengths, encoders and error after Hoang & Kreuzer 2007, section 4.2."""
+
+from ..interface import POSE, POSE_UNITS, XYZ, Notice, Sampled, Signal, indexed, switch, vector
+from ..vehicle import R_A
+from . import equations
+
+_SOURCES = ("eta",)
+
+COMPONENT = Sampled(
+    name="passive_arm",
+    title="Passive six-joint measuring arm",
+    description="Passive arm that measures the pose of a vehicle relative to a structure by forward kinematics",
+    symbol="ARM",
+    inputs=(vector("eta", POSE, "True pose of the vehicle in the earth frame", unit=POSE_UNITS),),
+    outputs=(
+        vector(
+            "eta_m",
+            POSE,
+            "Measured pose of the vehicle in the earth frame; holds its last value while detached",
+            unit=POSE_UNITS,
+            initially_from=_SOURCES,
+        ),
+        switch("eta_m_valid", "Whether the arm is attached and measures", initially_from=_SOURCES),
+        indexed("q", 6, "Joint angle as the encoder reads it", unit="rad", initially_from=_SOURCES),
+        Signal("reach", "Distance from the shoulder to the attachment", unit="m", minimum=0.0, initially_from=_SOURCES),
+        vector("F_arm", XYZ, "Force of the arm on the vehicle at r_A, earth frame", unit="N", initially_from=_SOURCES),
+    ),
+    parameters=(
+        indexed("L", 2, "Length of the link", unit="m", start=0.7, minimum=1e-3),
+        R_A,
+        vector(
+            "attachment",
+            POSE,
+            "Where and how the end effector sits on the structure, earth frame",
+            unit=POSE_UNITS,
+            start=[0.7, 0.5, 0.4, 0.0, 0.0, 0.0],
+        ),
+        Signal(
+            "encoder_counts", "Counts a turn of the encoders; 0: ideal", type="Integer", start=4096, minimum=0
+        ),
+        Signal("noise_std", "Standard deviation of the position noise of an axis", unit="m", start=0.005, minimum=0.0),
+        Signal("noise_std_angle", "Standard deviation of the noise of an angle", unit="rad", start=0.0, minimum=0.0),
+        Signal("noise_correlation_time", "Correlation time of the noise; 0: white", unit="s", start=0.0, minimum=0.0),
+        vector("bias", XYZ, "Constant error of the measured position", unit="m"),
+        Signal("seed", "Selects the noise; runs with equal seeds repeat", type="Integer", start=1, minimum=0),
+        Signal("sample_time", "Time between samples", unit="s", start=0.03, minimum=1e-6),
+        Signal("stiffness", "Stiffness of the arm's pull towards the attachment", unit="N/m", start=0.0, minimum=0.0),
+        vector("preload", XYZ, "Constant part of the arm's pull, earth frame", unit="N"),
+    ),
+    states=(
+        vector("eta_m", POSE, "Last valid measurement"),
+        indexed("q", 6, "Last valid joint angles"),
+        vector("noise", POSE, "Noise of the last sample"),
+        Signal("started", "Whether a sample has been taken"),
+    ),
+    initial_state=equations.initial_state,
+    sample=equations.sample,
+    draws=6,
+    seed="seed",
+    notices=(
+        Notice(
+            "eta_m_valid",
+            0.0,
+            "The arm is detached: the attachment is out of reach (longer than L[1] + L[2], or folded), or the pitch "
+            "angle is near pi/2. eta_m holds its last value until the attachment is in reach again; check "
+            "attachment.*, L[*], r_A.* and the vehicle's pose.",
+        ),
+    ),
+)

@@ -1,0 +1,100 @@
+"""Equations of motion of the vehicle (Fossen 1994; Hoang & Kreuzer 2007, eq. 1).
+
+M nu_r' + C(nu_r) nu_r + D(nu_r) nu_r + g_V(eta) = B f + W(eta) theta + wrench of the arm,    eta' = J(eta) nu
+
+with nu_r = nu - nu_c the velocity relative to a uniform current, and f the thruster forces after limits and lag.
+"""
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from ..frames import jacobian, rotation, skew
+from ..vehicle import (
+    allocation_matrix,
+    coriolis,
+    degrees_of_freedom,
+    disturbance_map,
+    limited,
+    mass_matrix,
+    restoring,
+    wrench,
+)
+
+
+def inertia(p: SimpleNamespace) -> Any:
+    """Return M, shape (6, 6), about the body origin."""
+    return mass_matrix(p.mass, p.I, p.r_G, p.added_mass)
+
+
+def rates(eta: Any, nu: Any, tau: Any, M: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
+    """Return [eta' nu'], shape (12,), under the thruster wrench tau, shape (6,), with M from `inertia`."""
+    to_body = rotation(eta[3:6]).T
+    current = to_body @ u.current
+    nu_r = np.concatenate([nu[0:3] - current, nu[3:6]])
+    current_rate = np.concatenate([-skew(nu[3:6]) @ current, np.zeros(3)])
+    forces = (
+        tau
+        + disturbance_map(eta, p.r_B, p.r_C, p.r_A) @ p.theta
+        + wrench(p.r_A, to_body @ u.F_arm)
+        - coriolis(M, nu_r) @ nu_r
+        - (p.D_linear + p.D_quadratic * np.abs(nu_r)) * nu_r
+        - restoring(eta, p.mass, p.g, p.r_G, p.r_B)
+    )
+    # Locked degrees of freedom drop out: their rows and columns of M become those of the identity, their force zero.
+    free = degrees_of_freedom(1 - p.lock_roll_pitch)
+    M_free = np.diag(free) @ M @ np.diag(free) + np.diag(1 - free)
+    return np.concatenate([jacobian(eta) @ nu, np.linalg.solve(M_free, free * (forces + M @ current_rate))])
+
+
+def thrust_after(s: Any, thrust: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
+    """Return the thruster forces, shape (8,), a time s after `thrust`: the exact first-order lag to the held command."""
+    target = limited(u.u, p.thrust_max)
+    lagging = p.thruster_time_constant > 0
+    decay = np.where(lagging, np.exp(-s / np.where(lagging, p.thruster_time_constant, 1.0)), 0.0)
+    return target + (thrust - target) * decay
+
+
+def thruster_wrenches(p: SimpleNamespace) -> Any:
+    """Return B, shape (6, 8): the body wrench of 1 N of each thruster."""
+    return allocation_matrix(p.thruster_r, p.thruster_d, p.thruster_enabled)
+
+
+def advance(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace, h: Any) -> Mapping[str, Any]:
+    """Return the state after h by one step of the classical Runge-Kutta method."""
+    M, B = inertia(p), thruster_wrenches(p)
+
+    def f(s: Any, z: Any) -> Any:
+        return rates(z[0:6], z[6:12], B @ thrust_after(s, x.thrust, u, p), M, u, p)
+
+    z = np.concatenate([x.eta, x.nu])
+    k_1 = f(0.0, z)
+    k_2 = f(h / 2, z + h / 2 * k_1)
+    k_3 = f(h / 2, z + h / 2 * k_2)
+    k_4 = f(h, z + h * k_3)
+    z = z + h / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
+    return {"eta": z[0:6], "nu": z[6:12], "thrust": thrust_after(h, x.thrust, u, p)}
+
+
+def outputs_of(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> Mapping[str, Any]:
+    """Return pose, velocity and the thruster wrench after limits and lag."""
+    return {"eta": x.eta, "nu": x.nu, "tau": thruster_wrenches(p) @ thrust_after(0.0, x.thrust, u, p)}
+
+
+def initial_state(p: SimpleNamespace) -> Mapping[str, Any]:
+    """Return the state at eta_0, nu_0 with the thrusters at rest."""
+    return {"eta": p.eta_0, "nu": p.nu_0, "thrust": np.zeros(p.thruster_enabled.shape[0])}
+
+
+def inertia_margin(p: SimpleNamespace) -> Any:
+    """Return the smallest leading minor of M: positive exactly if M is positive definite (Sylvester)."""
+    M = inertia(p)
+    return np.min(np.stack([np.linalg.det(M[:k, :k]) for k in range(1, 7)]))
+
+
+def lock_margin(p: SimpleNamespace) -> Any:
+    """Return a positive number unless roll and pitch are locked away from zero."""
+    locked = np.abs(np.concatenate([p.eta_0[3:5], p.nu_0[3:5]]))
+    return np.where(p.lock_roll_pitch > 0, 1e-12 - np.max(locked), 1.0)

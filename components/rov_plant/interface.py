@@ -1,0 +1,133 @@
+"""Interface of the vehicle.
+
+Masses and damping of the default vehicle are the totals of Hoang & Kreuzer 2007, section 4.1. Estimates, from a solid
+box of the vehicle's size: the inertias; the added mass in roll and pitch (yaw's ratio of added to rigid-body inertia);
+the damping in roll and pitch (yaw's, scaled with the integral of |lever|^3 over the faces that move broadside).
+"""
+
+import numpy as np
+
+from ..interface import (
+    POSE,
+    POSE_UNITS,
+    VELOCITY,
+    VELOCITY_UNITS,
+    WRENCH,
+    WRENCH_UNITS,
+    XYZ,
+    Continuous,
+    Requirement,
+    Signal,
+    indexed,
+    switch,
+    vector,
+)
+from ..vehicle import (
+    ATTACK_POINTS,
+    N_THRUSTERS,
+    THETA,
+    THRUSTER_PARAMETERS,
+    WEIGHT_PARAMETERS,
+    direction_error,
+)
+from . import equations
+
+_MASS_UNITS = ("kg", "kg", "kg", "kg.m2", "kg.m2", "kg.m2")
+_LINEAR_UNITS = ("N.s/m", "N.s/m", "N.s/m", "N.m.s/rad", "N.m.s/rad", "N.m.s/rad")
+_QUADRATIC_UNITS = ("N.s2/m2", "N.s2/m2", "N.s2/m2", "N.m.s2/rad2", "N.m.s2/rad2", "N.m.s2/rad2")
+
+COMPONENT = Continuous(
+    name="rov_plant",
+    title="Underwater vehicle with eight thrusters",
+    description="Six-degree-of-freedom underwater vehicle with thrusters, current and unknown constant forces",
+    symbol="ROV",
+    inputs=(
+        indexed("u", N_THRUSTERS, "Thruster force command", unit="N"),
+        vector("F_arm", XYZ, "Further force on the vehicle at r_A, earth frame", unit="N"),
+        vector("current", XYZ, "Velocity of the water, earth frame", unit="m/s"),
+    ),
+    outputs=(
+        vector(
+            "eta",
+            POSE,
+            "Pose of the vehicle in the earth frame",
+            unit=POSE_UNITS,
+            minimum=[*[-np.inf] * 4, -np.pi / 2, -np.inf],
+            maximum=[*[np.inf] * 4, np.pi / 2, np.inf],
+        ),
+        vector("nu", VELOCITY, "Velocity of the vehicle in the body frame", unit=VELOCITY_UNITS),
+        vector(
+            "tau",
+            WRENCH,
+            "Wrench of the thrusters on the vehicle after limits and lag, body frame",
+            unit=WRENCH_UNITS,
+            initially_from=("u",),
+        ),
+    ),
+    parameters=(
+        *WEIGHT_PARAMETERS,
+        vector(
+            "I",
+            ("xx", "yy", "zz", "xy", "xz", "yz"),
+            "Moment or product of inertia of the dry vehicle about the body origin (estimate)",
+            unit="kg.m2",
+            start=[3.7, 6.3, 5.9, 0.0, 0.0, 0.0],
+        ),
+        vector(
+            "added_mass",
+            VELOCITY,
+            "Added mass, positive (roll and pitch: estimate)",
+            unit=_MASS_UNITS,
+            start=[40.0, 48.0, 56.0, 5.5, 9.4, 8.8],
+            minimum=0.0,
+        ),
+        vector("D_linear", VELOCITY, "Linear damping, positive", unit=_LINEAR_UNITS, minimum=0.0),
+        vector(
+            "D_quadratic",
+            VELOCITY,
+            "Quadratic damping, positive (roll and pitch: estimate)",
+            unit=_QUADRATIC_UNITS,
+            start=[130.0, 195.0, 286.0, 4.8, 9.8, 10.18],
+            minimum=0.0,
+        ),
+        *ATTACK_POINTS,
+        Signal(
+            "theta",
+            "Force on the vehicle, earth frame: excess buoyancy at r_B (up), umbilical at r_C, arm at r_A",
+            pattern="{}",
+            axes=(THETA,),
+            unit="N",
+            tunable=True,
+        ),
+        vector("eta_0", POSE, "Initial pose in the earth frame", unit=POSE_UNITS),
+        vector("nu_0", VELOCITY, "Initial velocity in the body frame", unit=VELOCITY_UNITS),
+        *THRUSTER_PARAMETERS,
+        Signal("thruster_time_constant", "Time constant of the thrusters; 0: ideal", unit="s", minimum=0.0),
+        switch("lock_roll_pitch", "Hold roll and pitch at zero: the paper's four degrees of freedom", start=1),
+        Signal("max_step", "Longest internal integration step", unit="s", start=0.01, minimum=1e-6),
+    ),
+    states=(
+        vector("eta", POSE, "Pose"),
+        vector("nu", VELOCITY, "Velocity"),
+        indexed("thrust", N_THRUSTERS, "Thruster force"),
+    ),
+    initial_state=equations.initial_state,
+    advance=equations.advance,
+    outputs_of=equations.outputs_of,
+    requirements=(
+        Requirement(
+            equations.inertia_margin,
+            "The mass matrix is not positive definite: I.* are moments about the body origin, so they must exceed those "
+            "of the mass at r_G; check mass, r_G.*, I.* and added_mass.*.",
+        ),
+        Requirement(
+            equations.lock_margin,
+            "Roll and pitch are locked at zero, but eta_0.phi, eta_0.theta, nu_0.p or nu_0.q is not zero: set these to 0 "
+            "or lock_roll_pitch to false.",
+        ),
+        Requirement(
+            lambda p: 1e-6 - direction_error(p.thruster_d),
+            "A thruster direction is not of unit length: normalise thruster[i].d.x/y/z.",
+        ),
+    ),
+)
