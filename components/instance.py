@@ -31,6 +31,9 @@ class Phase(IntEnum):
 class ComponentError(ValueError):
     """Input that a component refuses; the message names the thing and the cure. The instance is as before."""
 
+    def __repr__(self) -> str:
+        return str(self)  # what pythonfmu hands to the FMU's logger
+
 
 class Instance:
     """A component at work.

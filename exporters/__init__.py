@@ -1,0 +1,1 @@
+"""Exports of components as FMUs; no exporter knows a component by name."""

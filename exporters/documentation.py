@@ -1,0 +1,124 @@
+"""The pages inside an FMU: documentation/index.html from the component's page and interface, icon and licences."""
+
+from html import escape
+from importlib.metadata import distribution
+from importlib.resources import files
+from io import BytesIO
+
+import latex2mathml.converter
+import numpy as np
+from markdown_it import MarkdownIt
+from mdit_py_plugins.dollarmath import dollarmath_plugin
+from PIL import Image, ImageDraw, ImageFont
+
+from ..components.interface import Component, Signal
+from .model_description import literal
+
+_PAGE = """\
+<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<title>{title}</title>
+<style>
+body {{ font: 16px/1.5 system-ui, sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #1b2733; }}
+h1, h2 {{ color: #0b3c5d; }}
+h2 {{ border-bottom: 1px solid #c5d3de; margin-top: 2em; }}
+table {{ border-collapse: collapse; font-size: 14px; margin: 1em 0; }}
+th, td {{ border: 1px solid #c5d3de; padding: .25em .6em; text-align: left; vertical-align: top; }}
+th {{ background: #eaf1f6; }}
+code {{ font-size: 13px; background: #f2f6f9; }}
+math[display="block"] {{ margin: .8em 0; }}
+</style>
+</head>
+<body>
+{body}
+</body>
+</html>
+"""
+
+
+def entries(component: Component) -> dict[str, bytes]:
+    """Return the documentation of a component's FMU and its icon, by name in the archive."""
+    content = {"documentation/index.html": page(component).encode(), "model.png": icon(component.symbol)}
+    for package in ("rov-cosim", "pythonfmu"):
+        for file in distribution(package).files or ():
+            if file.name == "LICENSE":
+                content[f"documentation/licenses/{package}.txt"] = file.read_text().encode()
+    return content
+
+
+def page(component: Component) -> str:
+    """Return the HTML page: the component's README with its maths, then the tables of its interface."""
+    text = files(f"{__package__.rsplit('.', 1)[0]}.components.{component.name}").joinpath("README.md").read_text()
+    body = _markdown().render(text)
+    groups = [("Inputs", component.inputs), ("Outputs", component.outputs), ("Parameters", component.parameters)]
+    for title, signals in groups:
+        body += f"<h2>{title}</h2>\n{_table(title, signals)}"
+    return _PAGE.format(title=escape(component.title), body=body)
+
+
+def icon(symbol: str) -> bytes:
+    """Return a PNG of 128 x 128 pixels that bears the symbol."""
+    size = 128
+    image = Image.new("RGBA", (size, size), (0, 0, 0, 0))
+    draw = ImageDraw.Draw(image)
+    draw.rounded_rectangle((4, 4, size - 5, size - 5), radius=20, fill="#0b3c5d", outline="#328cc1", width=4)
+    draw.text((size / 2, size / 2 - 4), symbol, fill="white", anchor="mm", font=ImageFont.load_default(44))
+    wave = [(x, 100 + 5 * np.sin(x / 8)) for x in range(20, size - 20)]
+    draw.line(wave, fill="#328cc1", width=4)
+    png = BytesIO()
+    image.save(png, "PNG")
+    return png.getvalue()
+
+
+def _markdown() -> MarkdownIt:
+    def mathml(latex: str, options: dict[str, bool]) -> str:
+        return latex2mathml.converter.convert(latex, display="block" if options["display_mode"] else "inline")
+
+    return MarkdownIt().enable("table").use(dollarmath_plugin, renderer=mathml)
+
+
+def _table(title: str, signals: tuple[Signal, ...]) -> str:
+    columns = ["Name", "Unit", "Range", "Description"]
+    if title != "Outputs":
+        columns.insert(2, "Start")
+    if title == "Parameters":
+        columns.insert(4, "During a run")
+    rows = ["<tr>" + "".join(f"<th>{column}</th>" for column in columns) + "</tr>"]
+    for signal in signals:
+        cells = {
+            "Name": f"<code>{escape(_names(signal))}</code>",
+            "Unit": escape(_summary(signal.units)),
+            "Start": _summary([_short(value, signal) for value in signal.elements(signal.start)]),
+            "Range": "" if signal.type == "Boolean" else _range(signal),
+            "During a run": "tunable" if signal.tunable else "fixed",
+            "Description": escape(signal.description),
+        }
+        rows.append("<tr>" + "".join(f"<td>{cells[column]}</td>" for column in columns) + "</tr>")
+    return "<table>\n" + "\n".join(rows) + "\n</table>\n"
+
+
+def _names(signal: Signal) -> str:
+    labels = [f"1..{len(axis)}" if axis[0] == "1" else "/".join(axis) for axis in signal.axes]
+    return (signal.pattern or signal.key).format(*labels)
+
+
+def _summary(values: list[str] | tuple[str, ...]) -> str:
+    """Return the values, or the one that they all are."""
+    return values[0] if len(set(values)) == 1 else ", ".join(values)
+
+
+def _short(value: float, signal: Signal) -> str:
+    return f"{value:.4g}" if signal.type == "Real" else literal(value, signal.type)
+
+
+def _range(signal: Signal) -> str:
+    low, high = signal.elements(signal.minimum), signal.elements(signal.maximum)
+    parts = []
+    for label, values, side in (("≥", low, -np.inf), ("≤", high, np.inf)):
+        limited = values[values != side]
+        if limited.size:
+            which = f" ({', '.join(np.array(signal.names)[values != side])})" if limited.size < signal.size else ""
+            parts.append(f"{label} {_summary([f'{value:.4g}' for value in limited])}{which}")
+    return ", ".join(parts)

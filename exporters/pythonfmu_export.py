@@ -1,0 +1,58 @@
+"""The pythonfmu export: an FMU that carries the component's Python source and pythonfmu's loader."""
+
+from hashlib import sha256
+from pathlib import Path
+
+import pythonfmu
+
+from ..components.interface import Component
+from . import archive, documentation, model_description
+
+_PACKAGE = Path(__file__).parent.parent
+_PYTHONFMU = Path(pythonfmu.__file__).parent
+
+# pythonfmu's loader looks for a line `class NAME(Fmi2Slave):` in the main module.
+_MAIN = """\
+from {package}.components.{name}.interface import COMPONENT
+from {package}.exporters.pythonfmu_slave import ComponentSlave as Fmi2Slave
+
+
+class Slave(Fmi2Slave):
+    component = COMPONENT
+"""
+
+
+def export(component: Component, path: Path) -> bool:
+    """Write the FMU of a component to `path` unless it is current; tell whether it was written."""
+    return archive.write(path, entries(component))
+
+
+def entries(component: Component) -> dict[str, bytes]:
+    """Return the content of a component's FMU, name to bytes."""
+    sources = _sources(component)
+    # All FMUs of a process share one module cache: a name with the content's hash keeps every version apart.
+    digest = sha256(b"".join(name.encode() + content for name, content in sorted(sources.items())))
+    package = f"{component.name}_{digest.hexdigest()[:12]}"
+    main = f"{package}_main"
+    description = model_description.to_xml(model_description.describe(component))
+    content = {"modelDescription.xml": description, **documentation.entries(component)}
+    content[f"resources/{main}.py"] = _MAIN.format(package=package, name=component.name).encode()
+    content["resources/slavemodule.txt"] = main.encode()
+    for name, source in sources.items():
+        content[f"resources/{package}/{name}"] = source
+    for file in sorted(_PYTHONFMU.glob("*.py")):
+        content[f"resources/pythonfmu/{file.name}"] = file.read_bytes()
+    for binary in sorted((_PYTHONFMU / "resources" / "binaries").glob("*/*")):
+        content[f"binaries/{binary.parent.name}/{component.name}{binary.suffix}"] = binary.read_bytes()
+    return content
+
+
+def _sources(component: Component) -> dict[str, bytes]:
+    """Return the modules that the component needs to run, by their path below the package."""
+    files = [
+        *(_PACKAGE / "components").glob("*.py"),
+        *(_PACKAGE / "components" / component.name).glob("*.py"),
+        _PACKAGE / "exporters" / "__init__.py",
+        _PACKAGE / "exporters" / "pythonfmu_slave.py",
+    ]
+    return {file.relative_to(_PACKAGE).as_posix(): file.read_bytes() for file in sorted(files)}

@@ -1,0 +1,134 @@
+"""What runs inside a pythonfmu FMU: the calls of FMI 2.0, handed on to a component's instance."""
+
+import ctypes
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ClassVar, Concatenate, ParamSpec, TypeVar
+
+from pythonfmu import Fmi2Slave
+from pythonfmu.enums import Fmi2Status
+
+from ..components.instance import ComponentError, Instance
+from ..components.interface import Component
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def _reported(method: "Callable[Concatenate[ComponentSlave, P], R]") -> "Callable[Concatenate[ComponentSlave, P], R]":
+    """Let an error leave a method only so that the FMU survives it.
+
+    pythonfmu turns an exception into fmi2Fatal with its text as the log message, but first drops one reference to the
+    class, the instance and the log queue, which it drops again when the FMU is freed. One more of each balances that.
+    """
+
+    @wraps(method)
+    def guarded(self: "ComponentSlave", *args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return method(self, *args, **kwargs)
+        except Exception as error:
+            for held in (type(self), self, self.log_queue):
+                ctypes.pythonapi.Py_IncRef(ctypes.py_object(held))
+            raise self.complaint(error) from None
+
+    return guarded
+
+
+class ComponentSlave(Fmi2Slave):
+    """A component behind pythonfmu's interface; a subclass in the FMU says which."""
+
+    component: ClassVar[Component]
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._instance = Instance(self.component, lambda message: self.log(message, Fmi2Status.warning))
+        groups = (self.component.inputs, self.component.outputs, self.component.parameters)
+        self._types = [signal.type for group in groups for signal in group for _ in signal.names]
+
+    def complaint(self, error: Exception) -> ComponentError:
+        """Return the error with the component's name in front; an unforeseen one keeps its type."""
+        text = str(error) if isinstance(error, ComponentError) else repr(error)
+        return ComponentError(f"{self.component.name}: {text}")
+
+    @_reported
+    def setup_experiment(self, start_time: float, stop_time: float | None = None, tolerance: float | None = None) -> None:
+        """Take the start time; pythonfmu calls this as Initialization Mode is entered."""
+        self._instance.enter_initialization(start_time)
+
+    @_reported
+    def exit_initialization_mode(self) -> None:
+        """Fix the initial state."""
+        self._instance.exit_initialization()
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """Advance; a failure is logged and answered with False, which pythonfmu reports as fmi2Discard."""
+        try:
+            self._instance.do_step(current_time, step_size)
+        except Exception as error:
+            self.log(str(self.complaint(error)), Fmi2Status.error)
+            return False
+        return True
+
+    @_reported
+    def get_real(self, vrs: list[int]) -> list[float]:
+        """Return Real values."""
+        return self._instance.get(self._of_type("Real", vrs))
+
+    @_reported
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        """Return Integer values."""
+        return [int(value) for value in self._instance.get(self._of_type("Integer", vrs))]
+
+    @_reported
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        """Return Boolean values."""
+        return [value > 0 for value in self._instance.get(self._of_type("Boolean", vrs))]
+
+    @_reported
+    def get_string(self, vrs: list[int]) -> list[str]:
+        """Refuse: no component has a String."""
+        return [str(vr) for vr in self._of_type("String", vrs)]
+
+    @_reported
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        """Set Real values."""
+        self._instance.set(self._of_type("Real", vrs), values)
+
+    @_reported
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        """Set Integer values."""
+        self._instance.set(self._of_type("Integer", vrs), values)
+
+    @_reported
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        """Set Boolean values."""
+        self._instance.set(self._of_type("Boolean", vrs), values)
+
+    @_reported
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        """Refuse: no component has a String."""
+        self._of_type("String", vrs)
+
+    def _of_type(self, type_: str, vrs: list[int]) -> list[int]:
+        for vr in vrs:
+            if not 0 <= vr < len(self._types):
+                raise ComponentError(f"There is no variable with value reference {vr}; expected 0 to {len(self._types) - 1}.")
+            if self._types[vr] != type_:
+                raise ComponentError(f"The variable with value reference {vr} is of type {self._types[vr]}, not {type_}.")
+        return vrs
+
+    @_reported
+    def _get_fmu_state(self) -> bytes:  # type: ignore[override]
+        return self._instance.save()
+
+    @_reported
+    def _set_fmu_state(self, state: bytes) -> None:  # type: ignore[override]
+        self._instance.restore(state)
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: bytes) -> bytes:  # type: ignore[override]
+        return state
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> bytes:  # type: ignore[override]
+        return state

@@ -1,0 +1,115 @@
+"""What is read off a run of station keeping: settling, errors, and the estimated against the true disturbance."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..components.frames import pose_difference, rotation
+from ..components.interface import POSE, WRENCH, XYZ
+from ..components.vehicle import THETA, disturbance_map, wrench
+from .wiring import Value, Wiring
+
+AXES = ("x", "y", "z", "psi")
+SETTLED = {"x": 0.02, "y": 0.02, "z": 0.02, "psi": np.radians(2.0)}
+"""Error in m or rad below which an axis counts as settled."""
+HOLD = 40.0
+"""Time in s after which the errors of holding are taken."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """How one axis did: settling time in s (None: never), error at the end, mean and worst error after `HOLD`, in m or rad."""
+
+    name: str
+    settling: float | None
+    final: float
+    mean: float | None
+    worst: float | None
+
+
+@dataclass(frozen=True)
+class Force:
+    """One axis of the disturbance wrench at the end, body frame, in N or N m: as estimated and as it is."""
+
+    name: str
+    estimated: float
+    true: float
+
+
+def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
+    """Return the pose less the set-point, shape (rows, 6), the angles wrapped.
+
+    Raises
+    ------
+    KeyError : the system has no vehicle ``rov_plant`` with a pose ``eta``.
+    """
+    eta = np.stack([results[f"rov_plant.eta.{axis}"] for axis in POSE])
+    set_point = _values(wiring, "adaptive_pd.eta_d", POSE)
+    error: NDArray[np.float64] = pose_difference(eta, (np.zeros(6) if set_point is None else set_point)[:, np.newaxis]).T
+    return error
+
+
+def axes(results: NDArray[Any], wiring: Wiring) -> list[Axis]:
+    """Return how each of `AXES` did."""
+    time, error = results["time"], errors(results, wiring)
+    held = error[time >= HOLD]
+    assessed = []
+    for name in AXES:
+        e = error[:, POSE.index(name)]
+        h = held[:, POSE.index(name)]
+        outside = np.flatnonzero(np.abs(e) > SETTLED[name])
+        settled = 0 if outside.size == 0 else outside[-1] + 1
+        assessed.append(
+            Axis(
+                name=name,
+                settling=float(time[settled]) if settled < len(time) else None,
+                final=float(e[-1]),
+                mean=float(h.mean()) if h.size else None,
+                worst=float(np.abs(h).max()) if h.size else None,
+            )
+        )
+    return assessed
+
+
+def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
+    """Return the estimated and the true disturbance wrench at the end; none if the system does not tell both."""
+    theta = _values(wiring, "rov_plant", THETA)
+    points = [_values(wiring, f"rov_plant.{point}", XYZ) for point in ("r_B", "r_C", "r_A")]
+    names = results.dtype.names or ()
+    if theta is None or any(point is None for point in points) or "adaptive_pd.disturbance.X" not in names:
+        return []
+    eta = np.array([results[f"rov_plant.eta.{axis}"][-1] for axis in POSE])
+    true = disturbance_map(eta, *points) @ theta
+    if "passive_arm.F_arm.x" in names:
+        pull = np.array([results[f"passive_arm.F_arm.{axis}"][-1] for axis in XYZ])
+        true = true + wrench(points[2], rotation(eta[3:6]).T @ pull)
+    # In the four-DOF form roll and pitch are not adapted, so their estimates mean nothing.
+    estimated = WRENCH if wiring.value("adaptive_pd.control_roll_pitch") else ("X", "Y", "Z", "N")
+    return [
+        Force(name, float(results[f"adaptive_pd.disturbance.{name}"][-1]), float(true[WRENCH.index(name)]))
+        for name in estimated
+    ]
+
+
+def report(results: NDArray[Any], wiring: Wiring) -> str:
+    """Return a short table of `axes` and `forces`."""
+    lines = [f"{'axis':6} {'settles [s]':>12} {'final':>11} {'mean > 40 s':>12} {'worst > 40 s':>13}"]
+    for axis in axes(results, wiring):
+        unit, scale = ("deg", 180 / np.pi) if axis.name == "psi" else ("mm", 1e3)
+        settling = "never" if axis.settling is None else f"{axis.settling:.2f}"
+        cells = ["-" if v is None else f"{v * scale:.2f} {unit}" for v in (axis.final, axis.mean, axis.worst)]
+        lines.append(f"{axis.name:6} {settling:>12} {cells[0]:>11} {cells[1]:>12} {cells[2]:>13}")
+    lines.append("Settled: within 20 mm and 2 deg of the set-point until the end.")
+    if found := forces(results, wiring):
+        lines += ["", f"{'disturbance':12} {'estimated':>11} {'true':>11}   body frame, at the end"]
+        for force in found:
+            unit = "N" if force.name in "XYZ" else "N m"
+            lines.append(f"{force.name:12} {force.estimated:>11.3f} {force.true:>11.3f}   {unit}")
+    return "\n".join(lines)
+
+
+def _values(wiring: Wiring, prefix: str, labels: tuple[str, ...]) -> NDArray[np.float64] | None:
+    values: list[Value | None] = [wiring.value(f"{prefix}.{label}") for label in labels]
+    return None if any(value is None for value in values) else np.array(values, dtype=float)

@@ -1,0 +1,125 @@
+"""The command `rov-cosim`."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..components.instance import ComponentError
+from . import benchmark as benchmarking
+from . import session
+from .catalogue import SYSTEMS
+from .declaration import System
+from .master import COUPLINGS, SimulationError, simulate
+from .plots import plot_comparison
+from .wiring import WiringError, suggestion
+
+
+class _Command(click.Group):
+    """A group that ends with one line on stderr and exit status 1 where the user's input is at fault."""
+
+    def invoke(self, context: click.Context) -> Any:
+        try:
+            return super().invoke(context)
+        except (WiringError, SimulationError, ComponentError, OSError) as error:
+            raise click.ClickException(str(error)) from error
+
+
+class _SystemType(click.ParamType):
+    """The name of a system of this project, or the path of an SSP archive."""
+
+    name = "system"
+
+    def convert(self, value: Any, parameter: click.Parameter | None, context: click.Context | None) -> System | Path:
+        if value in SYSTEMS:
+            return SYSTEMS[value]
+        if str(value).endswith(".ssp"):
+            return Path(value)
+        self.fail(f"there is no system {value}.{suggestion(value, SYSTEMS)} Known: {', '.join(SYSTEMS)}; or name an .ssp.")
+
+
+def _values(context: click.Context, parameter: click.Parameter, assignments: tuple[str, ...]) -> dict[str, str]:
+    values = {}
+    for assignment in assignments:
+        name, equals, value = assignment.partition("=")
+        if not equals or not name:
+            raise click.BadParameter(f"expected ELEMENT.VARIABLE=VALUE, got {assignment!r}")
+        values[name.strip()] = value
+    return values
+
+
+_coupling = click.option(
+    "--coupling", type=click.Choice(list(COUPLINGS)), default="jacobi", show_default=True, help="How values are handed on."
+)
+_stop_time = click.option("--stop-time", type=click.FloatRange(min=0, min_open=True), help="End of the run in s.")
+_set = click.option(
+    "--set", "values", multiple=True, callback=_values, metavar="ELEMENT.VARIABLE=VALUE", help="Another start value."
+)
+
+
+@click.group(cls=_Command)
+@click.version_option(package_name="rov-cosim")
+def main() -> None:
+    """Hold an underwater vehicle in place: build, run and compare systems of FMUs."""
+
+
+@main.command("list")
+def list_systems() -> None:
+    """List the systems."""
+    width = max(map(len, SYSTEMS))
+    for system in SYSTEMS.values():
+        click.echo(f"{system.name:{width}}  {system.description}")
+
+
+@main.command()
+@click.option("--plain-ssp", is_flag=True, help="Archives with SSP content alone, which `fmpy simulate` cannot run.")
+def build(plain_ssp: bool) -> None:
+    """Build all FMUs and SSP archives; what is current stays untouched."""
+    for path, written in session.build(*SYSTEMS.values(), plain=plain_ssp).items():
+        click.echo(f"{'built  ' if written else 'current'}  {path}")
+
+
+@main.command()
+@click.argument("system", type=_SystemType())
+@_coupling
+@_stop_time
+@_set
+@click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV and plot.")
+def run(
+    system: System | Path, coupling: str, stop_time: float | None, values: dict[str, str], output: Path | None
+) -> None:
+    """Run SYSTEM, a name from `list` or an .ssp file: CSV, plot and a table of results."""
+    session.run(system, coupling=COUPLINGS[coupling], stop_time=stop_time, values=values, folder=output)
+
+
+@main.command()
+@click.argument("systems", type=_SystemType(), nargs=-1, required=True)
+@_coupling
+@_stop_time
+@_set
+@click.option("--output", type=click.Path(dir_okay=False, path_type=Path), help="The PNG.")
+def compare(
+    systems: tuple[System | Path, ...], coupling: str, stop_time: float | None, values: dict[str, str], output: Path | None
+) -> None:
+    """Run several SYSTEMS and draw their errors into one figure."""
+    runs = {}
+    for system in systems:
+        with session.opened(system) as wiring:
+            wiring = wiring.with_values(values)
+            runs[wiring.name] = (simulate(wiring, COUPLINGS[coupling], stop_time), wiring)
+    path = output or session.results_folder() / f"{'-'.join(runs)}.png"
+    plot_comparison(runs, path)
+    click.echo(path)
+
+
+@main.command()
+@click.argument("system", type=_SystemType(), default="station_keeping")
+@_stop_time
+def benchmark(system: System | Path, stop_time: float | None) -> None:
+    """Measure the cost of a run: of each FMU's step, and the real-time factor."""
+    with session.opened(system) as wiring:
+        click.echo(benchmarking.measure(wiring, 60.0 if stop_time is None else stop_time))
+
+
+if __name__ == "__main__":
+    main()

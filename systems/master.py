@@ -1,0 +1,275 @@
+"""The co-simulation master: FMPy's FMU2Slave, values handed on in preallocated arrays."""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from ctypes import POINTER, c_double, c_int, c_uint32, cast
+from typing import Any
+
+import numpy as np
+from fmpy import calloc, free
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    fmi2True,
+    fmi2Warning,
+)
+from fmpy.model_description import ModelVariable
+from numpy.typing import NDArray
+
+from .wiring import Element, Link, Wiring
+
+_CTYPES: dict[str, type] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
+_DTYPES: dict[str, type] = {"Real": np.float64, "Integer": np.int32, "Boolean": np.bool_}
+
+Progress = Callable[[Iterable[int]], Iterable[int]]
+
+
+class SimulationError(RuntimeError):
+    """An FMU failed, or the user stopped the run; `results` holds what was computed until then."""
+
+    def __init__(self, message: str, results: NDArray[Any]) -> None:
+        super().__init__(message)
+        self.results = results
+
+
+class _Block:
+    """Some variables of one type of one FMU, and the memory through which they are read or set."""
+
+    def __init__(self, fmu: FMU2Slave, type_: str, variables: list[ModelVariable]) -> None:
+        n = len(variables)
+        references = (c_uint32 * n)(*(variable.valueReference for variable in variables))
+        self.names = [variable.name for variable in variables]
+        memory = (_CTYPES[type_] * n)()
+        self.values = np.frombuffer(memory, dtype=np.dtype(_CTYPES[type_]))
+        arguments = (fmu.component, references, n, cast(memory, POINTER(_CTYPES[type_])))
+        self._get, self._set = getattr(fmu, f"fmi2Get{type_}"), getattr(fmu, f"fmi2Set{type_}")
+        self._arguments = arguments
+
+    def read(self) -> None:
+        self._get(*self._arguments)
+
+    def write(self) -> None:
+        self._set(*self._arguments)
+
+
+class Slave:
+    """An instantiated FMU of a system."""
+
+    def __init__(self, element: Element, warn: Callable[[str], None]) -> None:
+        self.element = element
+        self.errors: list[str] = []
+        description = element.description
+        self.fmu = FMU2Slave(
+            instanceName=element.name,
+            guid=description.guid,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            unzipDirectory=str(element.fmu),
+        )
+
+        def log(_: object, name: bytes, status: int, category: bytes, message: bytes) -> None:
+            text = message.decode(errors="replace")
+            if status > fmi2Warning:
+                self.errors.append(text.splitlines()[-1] if text else "")
+            elif status == fmi2Warning:
+                warn(f"{element.name}: {text}")
+
+        self._callbacks = fmi2CallbackFunctions()
+        self._callbacks.logger = fmi2CallbackLoggerTYPE(log)
+        self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
+        self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+        self.fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
+        self.outputs: dict[str, _Block] = {}
+        self.inputs: dict[str, _Block] = {}
+
+    def prepare(self, wiring: Wiring) -> None:
+        """Set the start values and lay out the memory of outputs and connected inputs."""
+        variables = self.element.variables
+        for name, value in self.element.start_values.items():
+            variable = variables[name]
+            getattr(self.fmu, f"set{variable.type}")([variable.valueReference], [value])
+        connected = {link.target.variable for link in wiring.links if link.target.element == self.element.name}
+        for type_ in _CTYPES:
+            of_type = [v for v in variables.values() if v.type == type_]
+            if outputs := [v for v in of_type if v.causality == "output"]:
+                self.outputs[type_] = _Block(self.fmu, type_, outputs)
+            if inputs := [v for v in of_type if v.name in connected]:
+                self.inputs[type_] = _Block(self.fmu, type_, inputs)
+
+    def read(self) -> None:
+        """Read all outputs."""
+        for block in self.outputs.values():
+            block.read()
+
+    def write(self) -> None:
+        """Set all connected inputs."""
+        for block in self.inputs.values():
+            block.write()
+
+    def step(self, time: float, step: float) -> None:
+        """Advance from `time` by `step`, in s."""
+        self.fmu.fmi2DoStep(self.fmu.component, time, step, fmi2True)
+
+
+class Loop:
+    """The slaves of a system in order, and the copies that carry outputs to inputs."""
+
+    def __init__(self, slaves: list[Slave], links: tuple[Link, ...]) -> None:
+        self.slaves = slaves
+        by_name = {slave.element.name: slave for slave in slaves}
+        grouped: dict[tuple[str, str, str], list[tuple[int, int]]] = {}
+        for source, target in links:
+            type_ = by_name[source.element].element.variables[source.variable].type
+            places = grouped.setdefault((source.element, target.element, type_), [])
+            outputs, inputs = by_name[source.element].outputs[type_], by_name[target.element].inputs[type_]
+            places.append((outputs.names.index(source.variable), inputs.names.index(target.variable)))
+        self._copies: dict[str, list[tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]]] = {}
+        for (source_name, target_name, type_), places in grouped.items():
+            from_, to = (np.array(column) for column in zip(*places, strict=True))
+            values = (by_name[source_name].outputs[type_].values, by_name[target_name].inputs[type_].values)
+            self._copies.setdefault(target_name, []).append((*values, from_, to))
+
+    def feed(self, slave: Slave) -> None:
+        """Set the connected inputs of a slave from the outputs last read."""
+        for source, target, from_, to in self._copies.get(slave.element.name, ()):
+            target[to] = source[from_]
+        slave.write()
+
+    def propagate(self) -> None:
+        """Hand initial outputs on until no value changes any more."""
+        for _ in range(len(self.slaves) + 1):
+            before = self.values()
+            for slave in self.slaves:
+                slave.read()
+            for slave in self.slaves:
+                self.feed(slave)
+            if np.array_equal(before, self.values(), equal_nan=True):
+                return
+
+    def values(self) -> NDArray[np.float64]:
+        """Return all outputs last read, in the order of the results' columns."""
+        blocks = [block.values for slave in self.slaves for block in slave.outputs.values()]
+        return np.concatenate([np.zeros(0), *blocks])
+
+
+Coupling = Callable[[Loop, float, float], None]
+
+
+def jacobi(loop: Loop, time: float, step: float) -> None:
+    """Hand all outputs on, then step all: what every other master does. A connection delays by a step."""
+    for slave in loop.slaves:
+        loop.feed(slave)
+    for slave in loop.slaves:
+        slave.step(time, step)
+    for slave in loop.slaves:
+        slave.read()
+
+
+def gauss_seidel(loop: Loop, time: float, step: float) -> None:
+    """Feed and step one after the other, in the system's order: each sees the results of those before it."""
+    for slave in loop.slaves:
+        loop.feed(slave)
+        slave.step(time, step)
+        slave.read()
+
+
+COUPLINGS: dict[str, Coupling] = {"jacobi": jacobi, "gauss-seidel": gauss_seidel}
+
+
+def simulate(
+    wiring: Wiring,
+    coupling: Coupling = jacobi,
+    stop_time: float | None = None,
+    progress: Progress = lambda steps: steps,
+    warn: Callable[[str], None] = lambda message: None,
+) -> NDArray[Any]:
+    """Run a system from its start time and return the outputs as a structured array.
+
+    Parameters
+    ----------
+    wiring : the system, its FMUs extracted.
+    coupling : how values are handed on within a step, `jacobi` or `gauss_seidel`.
+    stop_time : end of the run in s; the system's own if left out.
+    progress : wraps the iterable of steps, for example ``tqdm``.
+    warn : called with each warning of an FMU.
+
+    Returns
+    -------
+    Field ``time`` in s and one field for each output, ``element.variable``; a row for the start and each step's end.
+
+    Raises
+    ------
+    SimulationError : an FMU failed, or the run was interrupted; it holds the results so far.
+    """
+    span = (wiring.stop_time if stop_time is None else stop_time) - wiring.start_time
+    n_steps = max(0, int(np.floor(span / wiring.step_size * (1 + 1e-9))))
+    rows = np.empty((n_steps + 1, 0))
+    done = 0
+    fields: list[tuple[str, type]] = []
+    with _instantiated(wiring, warn) as slaves:
+        try:
+            for slave in slaves:
+                slave.prepare(wiring)
+            loop = Loop(slaves, wiring.links)
+            fields = [
+                (f"{slave.element.name}.{name}", _DTYPES[type_])
+                for slave in slaves
+                for type_, block in slave.outputs.items()
+                for name in block.names
+            ]
+            rows = np.empty((n_steps + 1, len(fields)))
+            _initialize(loop, wiring.start_time)
+            rows[0], done = loop.values(), 1
+            for n in progress(range(n_steps)):
+                coupling(loop, wiring.start_time + n * wiring.step_size, wiring.step_size)
+                rows[n + 1], done = loop.values(), n + 2
+            for slave in slaves:
+                slave.fmu.terminate()
+        except FMICallException as error:
+            raise SimulationError(_explain(slaves, error), _table(rows[:done], fields, wiring)) from error
+        except KeyboardInterrupt:
+            time = wiring.start_time + max(0, done - 1) * wiring.step_size
+            raise SimulationError(f"Interrupted at {time:.6g} s.", _table(rows[:done], fields, wiring)) from None
+    return _table(rows, fields, wiring)
+
+
+def _initialize(loop: Loop, start_time: float) -> None:
+    for slave in loop.slaves:
+        slave.fmu.setupExperiment(startTime=start_time)
+        slave.fmu.enterInitializationMode()
+    loop.propagate()
+    for slave in loop.slaves:
+        slave.fmu.exitInitializationMode()
+    for slave in loop.slaves:
+        slave.read()
+
+
+@contextmanager
+def _instantiated(wiring: Wiring, warn: Callable[[str], None]) -> Iterator[list[Slave]]:
+    slaves: list[Slave] = []
+    with ExitStack() as stack:
+        for element in wiring.elements:
+            try:
+                slave = Slave(element, warn)
+            except Exception as error:  # FMPy raises plain exceptions when a library does not load
+                raise SimulationError(f"{element.name}: the FMU cannot be loaded: {error}", np.empty(0)) from error
+            stack.callback(slave.fmu.freeInstance)
+            slaves.append(slave)
+        yield slaves
+
+
+def _explain(slaves: list[Slave], error: FMICallException) -> str:
+    """Return what the failing FMU logged, and the call that failed."""
+    messages = [f"{slave.element.name}: {text}" for slave in slaves for text in slave.errors]
+    return " ".join([*messages, f"({error})"]) if messages else str(error)
+
+
+def _table(rows: NDArray[np.float64], fields: list[tuple[str, type]], wiring: Wiring) -> NDArray[Any]:
+    table = np.empty(len(rows), dtype=[("time", np.float64), *fields])
+    table["time"] = wiring.start_time + np.arange(len(rows)) * wiring.step_size
+    for column, (name, _) in enumerate(fields):
+        table[name] = rows[:, column]
+    return table

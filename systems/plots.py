@@ -1,0 +1,65 @@
+"""Figures of runs, in the manner of the paper's figures 4 to 7 and 9 to 12."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from numpy.typing import NDArray
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  the backend must be chosen first
+
+from .assessment import AXES, errors
+from .wiring import Wiring
+
+Run = tuple[NDArray[Any], Wiring]
+
+_LABELS = {"x": "x error [m]", "y": "y error [m]", "z": "z error [m]", "psi": "yaw error [rad]"}
+_COLUMNS = {"x": 0, "y": 1, "z": 2, "psi": 5}
+
+
+def plot_run(run: Run, path: Path) -> None:
+    """Write a PNG of one run: the pose error, the thrusters and the estimated disturbance where the system has them."""
+    results, _ = run
+    figure, panels = plt.subplots(3, 2, figsize=(10, 9), sharex=True, layout="constrained")
+    _plot_errors(panels.flat[:4], {"": run})
+    groups = [("rov_plant.tau.", "thruster wrench [N, N m]"), ("adaptive_pd.disturbance.", "estimated disturbance [N, N m]")]
+    for panel, (prefix, label) in zip(panels[2], groups, strict=True):
+        for name in ("X", "Y", "Z", "N"):
+            if f"{prefix}{name}" in (results.dtype.names or ()):
+                panel.plot(results["time"], results[f"{prefix}{name}"], linewidth=1, label=name)
+        _finish(panel, label)
+        panel.legend(ncols=4, fontsize="small")
+        panel.set_xlabel("time [s]")
+    figure.suptitle(run[1].name)
+    _save(figure, path)
+
+
+def plot_comparison(runs: Mapping[str, Run], path: Path) -> None:
+    """Write a PNG with the pose errors of several runs, by label."""
+    figure, panels = plt.subplots(2, 2, figsize=(10, 6.5), sharex=True, layout="constrained")
+    _plot_errors(panels.flat, runs)
+    for panel in panels[1]:
+        panel.set_xlabel("time [s]")
+    figure.legend(*panels.flat[0].get_legend_handles_labels(), loc="outside upper center", ncols=len(runs))
+    _save(figure, path)
+
+
+def _plot_errors(panels: Any, runs: Mapping[str, Run]) -> None:
+    for panel, name in zip(panels, AXES, strict=True):
+        for label, (results, wiring) in runs.items():
+            panel.plot(results["time"], errors(results, wiring)[:, _COLUMNS[name]], linewidth=1.2, label=label)
+        panel.axhline(0.0, color="black", linewidth=0.6)
+        _finish(panel, _LABELS[name])
+
+
+def _finish(panel: Any, label: str) -> None:
+    panel.set_ylabel(label)
+    panel.grid(alpha=0.3)
+
+
+def _save(figure: Any, path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=110, metadata={"Software": None})
+    plt.close(figure)

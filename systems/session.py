@@ -1,0 +1,105 @@
+"""From a declaration to results on disk: build what changed, run, write CSV, plot and table."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+from fmpy.util import write_csv
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from ..exporters.build import build_fmus, components, fmu_path
+from . import ssp_reader, ssp_writer
+from .assessment import report
+from .declaration import System, wire
+from .master import Coupling, SimulationError, jacobi, simulate
+from .plots import plot_run
+from .wiring import Wiring
+
+
+def project_root() -> Path:
+    """Return the checkout that holds this package, or the current folder for an installed copy."""
+    checkout = Path(__file__).resolve().parent.parent
+    return checkout if (checkout / "pyproject.toml").is_file() else Path.cwd()
+
+
+def ssp_path(system: System) -> Path:
+    """Return where the archive of a system lies."""
+    return project_root() / "systems" / f"{system.name}.ssp"
+
+
+def results_folder() -> Path:
+    """Return where results are written unless the user says otherwise."""
+    return project_root() / "build" / "results"
+
+
+def build(*systems: System, plain: bool = False) -> dict[Path, bool]:
+    """Build the FMUs and the archives of systems; return for each path whether it was written or was current."""
+    root = project_root()
+    built = build_fmus(root)
+    fmus = {name: fmu_path(root, name) for name in components()}
+    for system in systems:
+        path = ssp_path(system)
+        built[path] = ssp_writer.write(wire(system, fmus), path, plain)
+    return built
+
+
+@contextmanager
+def opened(system: System | Path) -> Iterator[Wiring]:
+    """Yield the wiring of a system, built first, or of any SSP archive."""
+    if isinstance(system, System):
+        build(system)
+        system = ssp_path(system)
+    with ssp_reader.opened(system) as wiring:
+        yield wiring
+
+
+def run(
+    system: System | Path,
+    *,
+    coupling: Coupling = jacobi,
+    values: Mapping[str, str] | None = None,
+    stop_time: float | None = None,
+    folder: Path | None = None,
+) -> tuple[NDArray[Any], Wiring]:
+    """Simulate a system, write NAME.csv and NAME.png, print a table; return the results and the wiring.
+
+    Raises
+    ------
+    WiringError : the system or a value is wrong.
+    SimulationError : an FMU failed or the run was interrupted; the results so far are in the CSV.
+    """
+    folder = folder or results_folder()
+    with opened(system) as wiring:
+        wiring = wiring.with_values(values or {})
+        csv = folder / f"{wiring.name}.csv"
+        try:
+            results = simulate(wiring, coupling, stop_time, progress=_progress, warn=_warn)
+        except SimulationError as error:
+            if len(error.results):
+                _write(error.results, csv)
+                raise SimulationError(f"{error} The results so far are in {csv}.", error.results) from error
+            raise
+    _write(results, csv)
+    if "rov_plant.eta.x" in (results.dtype.names or ()):
+        plot_run((results, wiring), csv.with_suffix(".png"))
+        click.echo(report(results, wiring))
+        click.echo(f"\n{csv}\n{csv.with_suffix('.png')}")
+    else:
+        click.echo(csv)
+    return results, wiring
+
+
+def _write(results: NDArray[Any], path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_csv(path, results)
+
+
+def _progress(steps: Any) -> Any:
+    return tqdm(steps, unit="step", leave=False, delay=1.0, disable=None)
+
+
+def _warn(message: str) -> None:
+    click.echo(f"warning: {message}", err=True)

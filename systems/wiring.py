@@ -1,0 +1,210 @@
+"""A flat system of FMUs, ready to run: elements, links between their variables, start values; and what is wrong with it."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable
+
+Value = float | int | bool
+
+
+class WiringError(ValueError):
+    """A system that cannot run; `problems` lists every reason."""
+
+    def __init__(self, where: str, problems: Iterable[str]) -> None:
+        self.problems = list(problems)
+        super().__init__("\n".join(f"{where}: {problem}" for problem in self.problems))
+
+
+class End(NamedTuple):
+    """One end of a link: a variable of an element."""
+
+    element: str
+    variable: str
+
+    def __str__(self) -> str:
+        return f"{self.element}.{self.variable}"
+
+
+class Link(NamedTuple):
+    """A connection from an output to an input."""
+
+    source: End
+    target: End
+
+
+@dataclass(frozen=True)
+class Element:
+    """An FMU in a system.
+
+    Parameters
+    ----------
+    name : name of the element in the system.
+    fmu : the FMU, an archive or a folder with its content.
+    description : its model description.
+    start_values : values set before the initialization, by variable.
+    """
+
+    name: str
+    fmu: Path
+    description: ModelDescription
+    start_values: Mapping[str, Value] = field(default_factory=dict)
+
+    @property
+    def variables(self) -> dict[str, ModelVariable]:
+        """Variables by name."""
+        return {variable.name: variable for variable in self.description.modelVariables}
+
+    def value(self, variable: str) -> Value:
+        """Return the start value of an input or parameter."""
+        if variable in self.start_values:
+            return self.start_values[variable]
+        declared = self.variables[variable]
+        return parse(str(declared.start), declared.type)
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """A system of elements, listed in the order in which a sequential master steps them."""
+
+    name: str
+    elements: tuple[Element, ...]
+    links: tuple[Link, ...]
+    stop_time: float
+    step_size: float
+    start_time: float = 0.0
+
+    def element(self, name: str) -> Element:
+        """Return the element of that name; KeyError if there is none."""
+        return {element.name: element for element in self.elements}[name]
+
+    def value(self, end: str) -> Value | None:
+        """Return the start value of ``element.variable``, or None if the system has no such variable."""
+        name, _, variable = end.partition(".")
+        known = {element.name: element for element in self.elements}
+        return known[name].value(variable) if name in known and variable in known[name].variables else None
+
+    def with_values(self, values: Mapping[str, str | Value]) -> "Wiring":
+        """Return the system with other start values, given by ``element.variable``, as values or literals.
+
+        Raises
+        ------
+        WiringError : an unknown variable, one that cannot be set, or a literal that is not of its type.
+        """
+        problems, elements = [], {element.name: element for element in self.elements}
+        known = [f"{e.name}.{v}" for e in self.elements for v in e.variables]
+        for end, value in values.items():
+            name, _, variable = end.partition(".")
+            element = elements.get(name)
+            if element is None or variable not in element.variables:
+                problems.append(f"There is no variable {end}." + suggestion(end, known))
+                continue
+            declared = element.variables[variable]
+            if declared.causality not in ("input", "parameter"):
+                problems.append(f"{end} is of causality {declared.causality}: only inputs and parameters can be set.")
+                continue
+            if any(link.target == End(name, variable) for link in self.links):
+                problems.append(f"{end} is connected: its value comes from another element.")
+                continue
+            try:
+                parsed = parse(str(value), declared.type)
+            except ValueError as error:
+                problems.append(f"{end}: {error}")
+                continue
+            elements[name] = replace(element, start_values={**element.start_values, variable: parsed})
+        if problems:
+            raise WiringError(self.name, problems)
+        return replace(self, elements=tuple(elements.values()))
+
+    def problems(self) -> list[str]:
+        """Return a sentence for everything that keeps the system from running."""
+        return [*self._value_problems(), *self._link_problems()]
+
+    def _value_problems(self) -> Iterable[str]:
+        for element in self.elements:
+            if element.description.fmiVersion != "2.0" or element.description.coSimulation is None:
+                yield f"{element.name}: {element.fmu.name} is not an FMU for co-simulation with FMI 2.0."
+            for variable in element.start_values:
+                if variable not in element.variables:
+                    yield f"There is no parameter {element.name}.{variable}." + suggestion(variable, element.variables)
+                elif element.variables[variable].causality not in ("input", "parameter"):
+                    yield f"{element.name}.{variable} cannot be set: it is neither a parameter nor an input."
+
+    def _link_problems(self) -> Iterable[str]:
+        known = {element.name: element for element in self.elements}
+        driven: dict[End, End] = {}
+        for source, target in self.links:
+            ends = []
+            for end, causality in ((source, "output"), (target, "input")):
+                element = known.get(end.element)
+                variable = element.variables.get(end.variable) if element else None
+                if element is None:
+                    yield f"Connection {source} -> {target}: there is no element {end.element}."
+                elif variable is None:
+                    hint = suggestion(end.variable, element.variables)
+                    yield f"Connection {source} -> {target}: {element.fmu.name} has no variable {end.variable}." + hint
+                elif variable.causality != causality:
+                    yield f"Connection {source} -> {target}: {end} is of causality {variable.causality}, not {causality}."
+                else:
+                    ends.append((element, variable))
+            if len(ends) == 2:
+                yield from _mismatches(f"Connection {source} -> {target}", *ends[0], *ends[1])
+            if target in driven:
+                yield f"Input {target} has two sources, {driven[target]} and {source}: remove one connection."
+            driven[target] = source
+
+
+def parse(literal: str, type_: str) -> Value:
+    """Return the value that a literal stands for in a variable of an FMI type; ValueError if it is none."""
+    text = literal.strip()
+    if type_ == "Boolean":
+        values = {"true": True, "1": True, "false": False, "0": False}
+        if text.lower() not in values:
+            raise ValueError(f"expected true or false, got {literal!r}")
+        return values[text.lower()]
+    try:
+        value = float(text)
+        if type_ != "Real" and value != int(value):
+            raise ValueError
+    except (ValueError, OverflowError):
+        kind = "a number" if type_ == "Real" else "a whole number"
+        raise ValueError(f"expected {kind}, got {literal!r}") from None
+    if not np.isfinite(value):
+        raise ValueError(f"expected a finite number, got {literal!r}")
+    return value if type_ == "Real" else int(value)
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return a hint at the names most like an unknown one, or nothing."""
+    close = get_close_matches(name, list(known), n=3)
+    return f" Did you mean {' or '.join(close)}?" if close else ""
+
+
+def same_unit(a: ModelDescription, unit_a: str | None, b: ModelDescription, unit_b: str | None) -> bool:
+    """Tell whether numbers in two units, each defined in its model description, mean the same; no unit fits any."""
+    if unit_a is None or unit_b is None or unit_a == unit_b:
+        return True
+    bases = [_base_unit(description, unit) for description, unit in ((a, unit_a), (b, unit_b))]
+    return bases[0] is not None and bases[0] == bases[1]
+
+
+def _base_unit(description: ModelDescription, name: str) -> tuple[float, ...] | None:
+    for unit in description.unitDefinitions:
+        if unit.name == name and unit.baseUnit is not None:
+            base: BaseUnit = unit.baseUnit
+            fields = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
+            return tuple(float(getattr(base, field)) for field in fields)
+    return None
+
+
+def _mismatches(
+    where: str, from_: Element, source: ModelVariable, to: Element, target: ModelVariable
+) -> Iterable[str]:
+    if source.type != target.type:
+        yield f"{where}: type {source.type} does not match {target.type}."
+    if not same_unit(from_.description, source.unit, to.description, target.unit):
+        yield f"{where}: unit {source.unit} does not match {target.unit}; units are not converted."
