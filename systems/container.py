@@ -112,8 +112,8 @@ def _configuration(
         "containerVersion": CONFIGURATION_VERSION,
         "instantiationToken": guid,
         "fixedStepSize": wiring.step_size,
-        # Else an FMU that cannot load aborts the host process.
-        "parallelDoStep": True,
+        # The binary aborts the host process in a parallel step.
+        "parallelDoStep": False,
         "variables": variables,
         "components": [
             {
