@@ -63,7 +63,9 @@ class Instance:
         self._stale = True
         self._unchecked = True
         # A saved state fits this interface alone: its names, in this order.
-        self._fingerprint = sha256("\n".join((component.name, *layout.names, *component.x.names)).encode()).digest()[:16]
+        self._fingerprint = sha256("\n".join((component.name, *layout.names, *component.x.names)).encode()).digest()[
+            :16
+        ]
 
     def set(self, references: Sequence[int], values: Sequence[float]) -> None:
         """Set inputs or parameters; all of them, or none if one is refused.
@@ -78,7 +80,9 @@ class Instance:
             raise ComponentError(self._range_message(int(index[bad][0]), float(new[bad][0])))
         is_output = (index >= self._outputs.start) & (index < self._outputs.stop)
         if is_output.any():
-            raise ComponentError(f"{self._names[index[is_output][0]]} is an output: only inputs and parameters can be set.")
+            raise ComponentError(
+                f"{self._names[index[is_output][0]]} is an output: only inputs and parameters can be set."
+            )
         if self.phase is Phase.RUNNING and self._fixed[index].any():
             name = self._names[index[self._fixed[index]][0]]
             raise ComponentError(f"{name} is a fixed parameter: set it before the initialization ends.")
@@ -95,7 +99,8 @@ class Instance:
         """
         if self.phase is not Phase.RUNNING and self._stale:
             self._preview()
-        return self._values[np.asarray(references, dtype=np.intp)].tolist()
+        values: list[float] = self._values[np.asarray(references, dtype=np.intp)].tolist()
+        return values
 
     def enter_initialization(self, start_time: float = 0.0) -> None:
         """Begin the initialization of a run that starts at `start_time` in s."""
@@ -121,7 +126,9 @@ class Instance:
             inconsistent, or the result leaves its range. The state is then that before the step.
         """
         if self.phase is not Phase.RUNNING:
-            raise ComponentError("A step was asked for before the initialization ended: exit Initialization Mode first.")
+            raise ComponentError(
+                "A step was asked for before the initialization ended: exit Initialization Mode first."
+            )
         tolerance = TIME_TOLERANCE * max(1.0, abs(self.time))
         if not abs(time - self.time) <= tolerance:
             raise ComponentError(f"Expected the communication point {self.time:.9g} s but was {time:.9g} s.")
@@ -167,7 +174,12 @@ class Instance:
             )
         _, phase, stale, unchecked, time, start, samples, _ = _HEADER.unpack(state[: _HEADER.size])
         vector = np.frombuffer(state[_HEADER.size :], dtype="<f8")
-        if phase not in tuple(Phase) or not np.isfinite([time, start]).all() or not np.isfinite(vector).all() or samples < 0:
+        if (
+            phase not in tuple(Phase)
+            or not np.isfinite([time, start]).all()
+            or not np.isfinite(vector).all()
+            or samples < 0
+        ):
             raise ComponentError("The saved state is damaged: it holds values that this component never saves.")
         self.phase, self._stale, self._unchecked = Phase(int(phase)), bool(stale), bool(unchecked)
         self.time, self._start_time, self._samples = time, start, samples
@@ -205,9 +217,7 @@ class Instance:
         state, outputs = component.sample(component.x.unpack(x), component.u.unpack(self._u), p, draws)
         return np.asarray(component.x.pack(state), dtype=float), np.asarray(component.y.pack(outputs), dtype=float)
 
-    def _integrated(
-        self, component: Component, step: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    def _integrated(self, component: Component, step: float) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
         """Integrate over `step` in internal steps of the longest allowed length, the last one shortened."""
         assert isinstance(component, Continuous)
         u, p = component.u.unpack(self._u), component.p.unpack(self._p)
@@ -242,6 +252,8 @@ class Instance:
 
     def _range_message(self, reference: int, value: float) -> str:
         low, high = self._minimum[reference], self._maximum[reference]
-        bounds = ("" if low == -np.inf else f" of at least {low:g}") + ("" if high == np.inf else f" and at most {high:g}")
+        bounds = ("" if low == -np.inf else f" of at least {low:g}") + (
+            "" if high == np.inf else f" and at most {high:g}"
+        )
         bounds = bounds if low != -np.inf else bounds.replace(" and", " of")
         return f"{self._names[reference]} is {value:g}; expected a finite number{bounds}."

@@ -121,7 +121,10 @@ class Layout:
     def unpack(self, flat: Any) -> SimpleNamespace:
         """Return the signals in `flat`, shape (size,), as attributes named by their keys."""
         return SimpleNamespace(
-            **{key: flat[where] if shape is None else np.reshape(flat[where], shape) for key, where, shape in self._slices}
+            **{
+                key: flat[where] if shape is None else np.reshape(flat[where], shape)
+                for key, where, shape in self._slices
+            }
         )
 
     def pack(self, values: Mapping[str, Any]) -> Any:

@@ -3,7 +3,7 @@
 import ctypes
 from collections.abc import Callable
 from functools import wraps
-from typing import Any, ClassVar, Concatenate, ParamSpec, TypeVar
+from typing import Any, ClassVar, TypeVar, cast
 
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
@@ -11,11 +11,10 @@ from pythonfmu.enums import Fmi2Status
 from ..components.instance import ComponentError, Instance
 from ..components.interface import Component
 
-P = ParamSpec("P")
-R = TypeVar("R")
+Method = TypeVar("Method", bound=Callable[..., Any])
 
 
-def _reported(method: "Callable[Concatenate[ComponentSlave, P], R]") -> "Callable[Concatenate[ComponentSlave, P], R]":
+def _reported(method: Method) -> Method:
     """Let an error leave a method only so that the FMU survives it.
 
     pythonfmu turns an exception into fmi2Fatal with its text as the log message, but first drops one reference to the
@@ -23,7 +22,7 @@ def _reported(method: "Callable[Concatenate[ComponentSlave, P], R]") -> "Callabl
     """
 
     @wraps(method)
-    def guarded(self: "ComponentSlave", *args: P.args, **kwargs: P.kwargs) -> R:
+    def guarded(self: "ComponentSlave", *args: Any, **kwargs: Any) -> Any:
         try:
             return method(self, *args, **kwargs)
         except Exception as error:
@@ -31,7 +30,7 @@ def _reported(method: "Callable[Concatenate[ComponentSlave, P], R]") -> "Callabl
                 ctypes.pythonapi.Py_IncRef(ctypes.py_object(held))
             raise self.complaint(error) from None
 
-    return guarded
+    return cast(Method, guarded)
 
 
 class ComponentSlave(Fmi2Slave):
@@ -51,7 +50,9 @@ class ComponentSlave(Fmi2Slave):
         return ComponentError(f"{self.component.name}: {text}")
 
     @_reported
-    def setup_experiment(self, start_time: float, stop_time: float | None = None, tolerance: float | None = None) -> None:
+    def setup_experiment(
+        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
+    ) -> None:
         """Take the start time; pythonfmu calls this as Initialization Mode is entered."""
         self._instance.enter_initialization(start_time)
 
@@ -112,23 +113,27 @@ class ComponentSlave(Fmi2Slave):
     def _of_type(self, type_: str, vrs: list[int]) -> list[int]:
         for vr in vrs:
             if not 0 <= vr < len(self._types):
-                raise ComponentError(f"There is no variable with value reference {vr}; expected 0 to {len(self._types) - 1}.")
+                raise ComponentError(
+                    f"There is no variable with value reference {vr}; expected 0 to {len(self._types) - 1}."
+                )
             if self._types[vr] != type_:
-                raise ComponentError(f"The variable with value reference {vr} is of type {self._types[vr]}, not {type_}.")
+                raise ComponentError(
+                    f"The variable with value reference {vr} is of type {self._types[vr]}, not {type_}."
+                )
         return vrs
 
     @_reported
-    def _get_fmu_state(self) -> bytes:  # type: ignore[override]
+    def _get_fmu_state(self) -> bytes:
         return self._instance.save()
 
     @_reported
-    def _set_fmu_state(self, state: bytes) -> None:  # type: ignore[override]
+    def _set_fmu_state(self, state: bytes) -> None:
         self._instance.restore(state)
 
     @staticmethod
-    def _fmu_state_to_bytes(state: bytes) -> bytes:  # type: ignore[override]
+    def _fmu_state_to_bytes(state: bytes) -> bytes:
         return state
 
     @staticmethod
-    def _fmu_state_from_bytes(state: bytes) -> bytes:  # type: ignore[override]
+    def _fmu_state_from_bytes(state: bytes) -> bytes:
         return state

@@ -20,7 +20,7 @@ HOLD = 40.0
 
 @dataclass(frozen=True)
 class Axis:
-    """How one axis did: settling time in s (None: never), error at the end, mean and worst error after `HOLD`, in m or rad."""
+    """How one axis did: settling time in s (None: never); error at the end, mean and worst after `HOLD`, in m or rad."""
 
     name: str
     settling: float | None
@@ -47,7 +47,9 @@ def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
     """
     eta = np.stack([results[f"rov_plant.eta.{axis}"] for axis in POSE])
     set_point = _values(wiring, "adaptive_pd.eta_d", POSE)
-    error: NDArray[np.float64] = pose_difference(eta, (np.zeros(6) if set_point is None else set_point)[:, np.newaxis]).T
+    error: NDArray[np.float64] = pose_difference(
+        eta, (np.zeros(6) if set_point is None else set_point)[:, np.newaxis]
+    ).T
     return error
 
 

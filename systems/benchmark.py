@@ -28,7 +28,9 @@ def measure(wiring: Wiring, stop_time: float) -> str:
     lines += [f"  doStep of {name:12} {1e6 * time / n_steps:9.1f} us a step" for name, time in spent.items()]
     rest = total - sum(spent.values())
     lines.append(f"  all else            {1e6 * rest / n_steps:9.1f} us a step, start-up included")
-    lines.append(f"  wall time           {total:9.2f} s, {n_steps * wiring.step_size / total:.1f} times faster than real time")
+    lines.append(
+        f"  wall time           {total:9.2f} s, {n_steps * wiring.step_size / total:.1f} times faster than real time"
+    )
     return "\n".join(lines)
 
 

@@ -25,7 +25,7 @@ class _Command(click.Group):
             raise click.ClickException(str(error)) from error
 
 
-class _SystemType(click.ParamType):
+class _SystemType(click.ParamType[System | Path]):
     """The name of a system of this project, or the path of an SSP archive."""
 
     name = "system"
@@ -35,7 +35,9 @@ class _SystemType(click.ParamType):
             return SYSTEMS[value]
         if str(value).endswith(".ssp"):
             return Path(value)
-        self.fail(f"there is no system {value}.{suggestion(value, SYSTEMS)} Known: {', '.join(SYSTEMS)}; or name an .ssp.")
+        self.fail(
+            f"there is no system {value}.{suggestion(value, SYSTEMS)} Known: {', '.join(SYSTEMS)}; or name an .ssp."
+        )
 
 
 def _values(context: click.Context, parameter: click.Parameter, assignments: tuple[str, ...]) -> dict[str, str]:
@@ -49,7 +51,11 @@ def _values(context: click.Context, parameter: click.Parameter, assignments: tup
 
 
 _coupling = click.option(
-    "--coupling", type=click.Choice(list(COUPLINGS)), default="jacobi", show_default=True, help="How values are handed on."
+    "--coupling",
+    type=click.Choice(list(COUPLINGS)),
+    default="jacobi",
+    show_default=True,
+    help="How values are handed on.",
 )
 _stop_time = click.option("--stop-time", type=click.FloatRange(min=0, min_open=True), help="End of the run in s.")
 _set = click.option(
@@ -99,7 +105,11 @@ def run(
 @_set
 @click.option("--output", type=click.Path(dir_okay=False, path_type=Path), help="The PNG.")
 def compare(
-    systems: tuple[System | Path, ...], coupling: str, stop_time: float | None, values: dict[str, str], output: Path | None
+    systems: tuple[System | Path, ...],
+    coupling: str,
+    stop_time: float | None,
+    values: dict[str, str],
+    output: Path | None,
 ) -> None:
     """Run several SYSTEMS and draw their errors into one figure."""
     runs = {}

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from .wiring import Element, Link, Wiring
 
-_CTYPES: dict[str, type] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
+_CTYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 _DTYPES: dict[str, type] = {"Real": np.float64, "Integer": np.int32, "Boolean": np.bool_}
 
 Progress = Callable[[Iterable[int]], Iterable[int]]
@@ -45,9 +45,8 @@ class _Block:
         self.names = [variable.name for variable in variables]
         memory = (_CTYPES[type_] * n)()
         self.values = np.frombuffer(memory, dtype=np.dtype(_CTYPES[type_]))
-        arguments = (fmu.component, references, n, cast(memory, POINTER(_CTYPES[type_])))
         self._get, self._set = getattr(fmu, f"fmi2Get{type_}"), getattr(fmu, f"fmi2Set{type_}")
-        self._arguments = arguments
+        self._arguments = (fmu.component, references, n, cast(memory, POINTER(_CTYPES[type_])))
 
     def read(self) -> None:
         self._get(*self._arguments)

@@ -8,7 +8,7 @@ import matplotlib
 from numpy.typing import NDArray
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  the backend must be chosen first
+import matplotlib.pyplot as plt
 
 from .assessment import AXES, errors
 from .wiring import Wiring
@@ -24,7 +24,10 @@ def plot_run(run: Run, path: Path) -> None:
     results, _ = run
     figure, panels = plt.subplots(3, 2, figsize=(10, 9), sharex=True, layout="constrained")
     _plot_errors(panels.flat[:4], {"": run})
-    groups = [("rov_plant.tau.", "thruster wrench [N, N m]"), ("adaptive_pd.disturbance.", "estimated disturbance [N, N m]")]
+    groups = [
+        ("rov_plant.tau.", "thruster wrench [N, N m]"),
+        ("adaptive_pd.disturbance.", "estimated disturbance [N, N m]"),
+    ]
     for panel, (prefix, label) in zip(panels[2], groups, strict=True):
         for name in ("X", "Y", "Z", "N"):
             if f"{prefix}{name}" in (results.dtype.names or ()):

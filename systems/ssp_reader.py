@@ -18,14 +18,21 @@ STEP_SIZE = 0.03
 
 _STANDARD = {prefix: NAMESPACES[prefix] for prefix in ("ssd", "ssc", "ssv")}
 _READ = {
-    "ssd": {
-        "SystemStructureDescription", "System", "Elements", "Component", "Connectors", "Connector", "Connections", "Connection",
-        "ParameterBindings", "ParameterBinding", "ParameterValues", "Units", "DefaultExperiment",
-    },
+    "ssd": set(
+        "SystemStructureDescription System Elements Component Connectors Connector Connections Connection "
+        "ParameterBindings ParameterBinding ParameterValues Units DefaultExperiment".split()
+    ),
     "ssc": {"Unit", "BaseUnit", "Real", "Integer", "Boolean"},
     "ssv": {"ParameterSet", "Parameters", "Parameter", "Real", "Integer", "Boolean", "Units"},
-}  # fmt: skip
-_IGNORED = {"Annotations", "ElementGeometry", "ConnectorGeometry", "ConnectionGeometry", "SystemGeometry", "GraphicalElements"}
+}
+_IGNORED = {
+    "Annotations",
+    "ElementGeometry",
+    "ConnectorGeometry",
+    "ConnectionGeometry",
+    "SystemGeometry",
+    "GraphicalElements",
+}
 
 
 @contextmanager
@@ -42,9 +49,13 @@ def opened(path: Path) -> Iterator[Wiring]:
             with ZipFile(path) as archive:
                 archive.extractall(folder)
         except FileNotFoundError:
-            raise WiringError(str(path), ["There is no such archive; `rov-cosim build` makes those of this project."]) from None
+            raise WiringError(
+                str(path), ["There is no such archive; `rov-cosim build` makes those of this project."]
+            ) from None
         except (BadZipFile, OSError) as error:
-            raise WiringError(str(path), [f"This is not a readable SSP archive ({error}); build or copy it again."]) from None
+            raise WiringError(
+                str(path), [f"This is not a readable SSP archive ({error}); build or copy it again."]
+            ) from None
         yield _Reader(Path(folder), str(path)).read()
 
 
@@ -133,12 +144,18 @@ class _Reader:
                 self.problems.append(f"Connector {element.name}.{name}: the FMU has no such variable." + hint)
                 continue
             if kind != variable.causality:
-                self.problems.append(f"Connector {element.name}.{name}: kind {kind} does not match causality {variable.causality}.")
+                self.problems.append(
+                    f"Connector {element.name}.{name}: kind {kind} does not match causality {variable.causality}."
+                )
             for typed in connector:
                 local = etree.QName(typed).localname
                 if local in ("Real", "Integer", "Boolean") and local != variable.type:
-                    self.problems.append(f"Connector {element.name}.{name}: type {local} does not match {variable.type}.")
-                elif local == "Real" and typed.get("unit") and not _unit_fits(typed.get("unit"), element, variable.unit):
+                    self.problems.append(
+                        f"Connector {element.name}.{name}: type {local} does not match {variable.type}."
+                    )
+                elif (
+                    local == "Real" and typed.get("unit") and not _unit_fits(typed.get("unit"), element, variable.unit)
+                ):
                     self.problems.append(
                         f"Connector {element.name}.{name}: unit {typed.get('unit')} does not match {variable.unit}."
                     )
@@ -186,7 +203,9 @@ class _Reader:
             source, target = connection.get("startElement"), connection.get("endElement")
             start, end = connection.get("startConnector"), connection.get("endConnector")
             if source is None:
-                self.problems.append(f"Connection {start} -> {target}.{end} wants an external signal; only parameters are fed in.")
+                self.problems.append(
+                    f"Connection {start} -> {target}.{end} wants an external signal; only parameters are fed in."
+                )
             elif target is not None:  # an output that leaves the system is recorded under its element's name
                 yield Link(End(source, start), End(target, end))
 

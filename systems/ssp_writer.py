@@ -88,7 +88,11 @@ def parameter_set(element: Element) -> bytes:
 
 def _component(parent: etree._Element, element: Element, wiring: Wiring) -> None:
     component = _child(
-        parent, "ssd:Component", name=element.name, type="application/x-fmu-sharedlibrary", source=f"resources/{element.fmu.name}"
+        parent,
+        "ssd:Component",
+        name=element.name,
+        type="application/x-fmu-sharedlibrary",
+        source=f"resources/{element.fmu.name}",
     )
     connectors = _child(component, "ssd:Connectors")
     for variable in _connected(element, wiring):

@@ -1,4 +1,4 @@
-"""A flat system of FMUs, ready to run: elements, links between their variables, start values; and what is wrong with it."""
+"""A flat system of FMUs: elements, links between their variables, start values, and what is wrong with them."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -139,20 +139,21 @@ class Wiring:
         driven: dict[End, End] = {}
         for source, target in self.links:
             ends = []
+            where = f"Connection {source} -> {target}"
             for end, causality in ((source, "output"), (target, "input")):
                 element = known.get(end.element)
                 variable = element.variables.get(end.variable) if element else None
                 if element is None:
-                    yield f"Connection {source} -> {target}: there is no element {end.element}."
+                    yield f"{where}: there is no element {end.element}."
                 elif variable is None:
                     hint = suggestion(end.variable, element.variables)
-                    yield f"Connection {source} -> {target}: {element.fmu.name} has no variable {end.variable}." + hint
+                    yield f"{where}: {element.fmu.name} has no variable {end.variable}." + hint
                 elif variable.causality != causality:
-                    yield f"Connection {source} -> {target}: {end} is of causality {variable.causality}, not {causality}."
+                    yield f"{where}: {end} is of causality {variable.causality}, not {causality}."
                 else:
                     ends.append((element, variable))
             if len(ends) == 2:
-                yield from _mismatches(f"Connection {source} -> {target}", *ends[0], *ends[1])
+                yield from _mismatches(where, *ends[0], *ends[1])
             if target in driven:
                 yield f"Input {target} has two sources, {driven[target]} and {source}: remove one connection."
             driven[target] = source
@@ -201,9 +202,7 @@ def _base_unit(description: ModelDescription, name: str) -> tuple[float, ...] | 
     return None
 
 
-def _mismatches(
-    where: str, from_: Element, source: ModelVariable, to: Element, target: ModelVariable
-) -> Iterable[str]:
+def _mismatches(where: str, from_: Element, source: ModelVariable, to: Element, target: ModelVariable) -> Iterable[str]:
     if source.type != target.type:
         yield f"{where}: type {source.type} does not match {target.type}."
     if not same_unit(from_.description, source.unit, to.description, target.unit):

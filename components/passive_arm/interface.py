@@ -35,9 +35,7 @@ COMPONENT = Sampled(
             unit=POSE_UNITS,
             start=[0.7, 0.5, 0.4, 0.0, 0.0, 0.0],
         ),
-        Signal(
-            "encoder_counts", "Counts a turn of the encoders; 0: ideal", type="Integer", start=4096, minimum=0
-        ),
+        Signal("encoder_counts", "Counts a turn of the encoders; 0: ideal", type="Integer", start=4096, minimum=0),
         Signal("noise_std", "Standard deviation of the position noise of an axis", unit="m", start=0.005, minimum=0.0),
         Signal("noise_std_angle", "Standard deviation of the noise of an angle", unit="rad", start=0.0, minimum=0.0),
         Signal("noise_correlation_time", "Correlation time of the noise; 0: white", unit="s", start=0.0, minimum=0.0),

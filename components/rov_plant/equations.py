@@ -50,7 +50,7 @@ def rates(eta: Any, nu: Any, tau: Any, M: Any, u: SimpleNamespace, p: SimpleName
 
 
 def thrust_after(s: Any, thrust: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
-    """Return the thruster forces, shape (8,), a time s after `thrust`: the exact first-order lag to the held command."""
+    """Return the thruster forces, shape (8,), a time s after `thrust`: the exact lag to the held command."""
     target = limited(u.u, p.thrust_max)
     lagging = p.thruster_time_constant > 0
     decay = np.where(lagging, np.exp(-s / np.where(lagging, p.thruster_time_constant, 1.0)), 0.0)

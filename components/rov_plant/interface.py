@@ -117,13 +117,13 @@ COMPONENT = Continuous(
     requirements=(
         Requirement(
             equations.inertia_margin,
-            "The mass matrix is not positive definite: I.* are moments about the body origin, so they must exceed those "
-            "of the mass at r_G; check mass, r_G.*, I.* and added_mass.*.",
+            "The mass matrix is not positive definite: I.* are moments about the body origin, so they must exceed "
+            "those of the mass at r_G; check mass, r_G.*, I.* and added_mass.*.",
         ),
         Requirement(
             equations.lock_margin,
-            "Roll and pitch are locked at zero, but eta_0.phi, eta_0.theta, nu_0.p or nu_0.q is not zero: set these to 0 "
-            "or lock_roll_pitch to false.",
+            "Roll and pitch are locked at zero, but eta_0.phi, eta_0.theta, nu_0.p or nu_0.q is not zero: set these "
+            "to 0 or lock_roll_pitch to false.",
         ),
         Requirement(
             lambda p: 1e-6 - direction_error(p.thruster_d),
