@@ -11,13 +11,16 @@ from . import archive, documentation, model_description
 _PACKAGE = Path(__file__).parent.parent
 _PYTHONFMU = Path(pythonfmu.__file__).parent
 
-# pythonfmu's loader looks for a line `class NAME(Fmi2Slave):` in the main module.
+# pythonfmu's loader runs this module anew at each instantiation and each time drops a reference to its globals that it
+# does not own: without one more for each run, the second instance of a process would crash.
 _MAIN = """\
 from {package}.components.{name}.interface import COMPONENT
-from {package}.exporters.pythonfmu_slave import ComponentSlave as Fmi2Slave
+from {package}.exporters.pythonfmu_slave import ComponentSlave, held
+
+held.append(globals())
 
 
-class Slave(Fmi2Slave):
+class Slave(ComponentSlave):
     component = COMPONENT
 """
 

@@ -11,6 +11,9 @@ from pythonfmu.enums import Fmi2Status
 from ..components.instance import ComponentError, Instance
 from ..components.interface import Component
 
+held: list[dict[str, Any]] = []
+"""References to the globals of main modules; see `pythonfmu_export`."""
+
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 

@@ -20,7 +20,7 @@ HOLD = 40.0
 
 @dataclass(frozen=True)
 class Axis:
-    """How one axis did: settling time in s (None: never); error at the end, mean and worst after `HOLD`, in m or rad."""
+    """How one axis did: settling time in s (None: never); final, mean and worst error in m or rad."""
 
     name: str
     settling: float | None

@@ -18,10 +18,21 @@ STEP_SIZE = 0.03
 
 _STANDARD = {prefix: NAMESPACES[prefix] for prefix in ("ssd", "ssc", "ssv")}
 _READ = {
-    "ssd": set(
-        "SystemStructureDescription System Elements Component Connectors Connector Connections Connection "
-        "ParameterBindings ParameterBinding ParameterValues Units DefaultExperiment".split()
-    ),
+    "ssd": {
+        "SystemStructureDescription",
+        "System",
+        "Elements",
+        "Component",
+        "Connectors",
+        "Connector",
+        "Connections",
+        "Connection",
+        "ParameterBindings",
+        "ParameterBinding",
+        "ParameterValues",
+        "Units",
+        "DefaultExperiment",
+    },
     "ssc": {"Unit", "BaseUnit", "Real", "Integer", "Boolean"},
     "ssv": {"ParameterSet", "Parameters", "Parameter", "Real", "Integer", "Boolean", "Units"},
 }

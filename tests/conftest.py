@@ -1,0 +1,28 @@
+"""What the tests share: the built FMUs and archives, and a plain FMU that this project did not make."""
+
+from pathlib import Path
+
+import pytest
+from pythonfmu.builder import FmuBuilder
+
+from rov_cosim.systems import session
+from rov_cosim.systems.catalogue import SYSTEMS
+
+
+@pytest.fixture(scope="session")
+def archives() -> dict[str, Path]:
+    """Build everything; return the SSP archives by system name."""
+    session.build(*SYSTEMS.values())
+    return {name: session.ssp_path(system) for name, system in SYSTEMS.items()}
+
+
+@pytest.fixture(scope="session")
+def fmus(archives) -> dict[str, Path]:
+    """Return the FMUs by component name."""
+    return {path.stem: path for path in session.fmu_folder().glob("*.fmu")}
+
+
+@pytest.fixture(scope="session")
+def plain_gain(tmp_path_factory) -> Path:
+    """Return a plain pythonfmu FMU."""
+    return FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "plain_gain.py", tmp_path_factory.mktemp("plain"))

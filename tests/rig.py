@@ -1,0 +1,72 @@
+"""A component on the bench: one instance, its values by name."""
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+
+import numpy as np
+
+from rov_cosim.components.instance import Instance
+from rov_cosim.components.interface import Component
+
+
+class Rig:
+    """An instance with values set and read by name or by group of names."""
+
+    def __init__(self, component: Component, values: Mapping[str, float] | None = None) -> None:
+        self.warnings: list[str] = []
+        self.component = component
+        self.instance = Instance(component, self.warnings.append)
+        names = component.u.names + component.y.names + component.p.names
+        self.index = {name: i for i, name in enumerate(names)}
+        self.set(values or {})
+
+    def set(self, values: Mapping[str, float]) -> None:
+        self.instance.set([self.index[name] for name in values], list(values.values()))
+
+    def put(self, group: str, values) -> None:
+        """Set all variables of a group, for example ``eta``."""
+        self.instance.set(self.members(group), np.ravel(values).tolist())
+
+    def get(self, group: str):
+        """Return the values of a group as an array, of a single variable as a number."""
+        if group in self.index:
+            return self.instance.get([self.index[group]])[0]
+        return np.array(self.instance.get(self.members(group)))
+
+    def members(self, group: str) -> list[int]:
+        return [i for name, i in self.index.items() if name.startswith((f"{group}.", f"{group}["))]
+
+    def parameters(self) -> SimpleNamespace:
+        """Return the parameters as the equations see them."""
+        values = self.instance.get([self.index[name] for name in self.component.p.names])
+        return self.component.p.unpack(np.array(values))
+
+    def start(self, time: float = 0.0) -> "Rig":
+        self.instance.enter_initialization(time)
+        self.instance.exit_initialization()
+        return self
+
+    def step(self, h: float = 0.03) -> None:
+        self.instance.do_step(self.instance.time, h)
+
+    def run(self, duration: float, h: float = 0.03) -> None:
+        for _ in range(round(duration / h)):
+            self.step(h)
+
+
+def parameters(component: Component, **values) -> SimpleNamespace:
+    """Return the parameter namespace that the equations see, with some values by key."""
+    p = component.p.unpack(component.p.start.copy())
+    for key, value in values.items():
+        assert hasattr(p, key), key
+        setattr(p, key, np.asarray(value, dtype=float) if np.ndim(value) else float(value))
+    return p
+
+
+def inputs(component: Component, **values) -> SimpleNamespace:
+    """Return the input namespace that the equations see, with some values by key."""
+    u = component.u.unpack(component.u.start.copy())
+    for key, value in values.items():
+        assert hasattr(u, key), key
+        setattr(u, key, np.asarray(value, dtype=float) if np.ndim(value) else float(value))
+    return u

@@ -1,0 +1,214 @@
+"""The controller: the paper's law, its filter, adaptation, allocation and what it does when things go wrong."""
+
+import numpy as np
+import pytest
+from rig import Rig, inputs, parameters
+from scipy.signal import cont2discrete, dlsim
+
+from rov_cosim.components import frames, vehicle
+from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
+from rov_cosim.components.adaptive_pd import equations
+
+RANDOM = np.random.default_rng(3)
+T = 0.03
+SIX = {"control_roll_pitch": 1}
+FORCES = np.array([5.0, 4.0, -3.0, 2.0, 8.0, -6.0, 1.0])
+
+
+def controller(**values: float) -> Rig:
+    rig = Rig(CONTROLLER, values)
+    rig.set({"eta_m_valid": 1})
+    return rig.start()
+
+
+def state(**values):
+    x = CONTROLLER.x.unpack(np.zeros(CONTROLLER.x.size))
+    for key, value in values.items():
+        setattr(x, key, np.asarray(value, dtype=float))
+    return x
+
+
+def test_the_law_is_equation_4_and_the_adaptation_equation_5_in_the_papers_own_form():
+    p = parameters(CONTROLLER, control_roll_pitch=1, use_measured_velocity=1, r_G=[0.02, 0.01, -0.03])
+    for _ in range(20):
+        eta = np.concatenate([RANDOM.normal(size=3), RANDOM.uniform(-0.9, 0.9, 3)])
+        eta_d, nu = RANDOM.normal(size=6) * 0.3, RANDOM.normal(size=6)
+        x = state(theta_hat=FORCES)
+        u = inputs(CONTROLLER, eta_m=eta, eta_m_valid=1, nu_m=nu, eta_d=eta_d)
+        after, outputs = equations.sample(x, u, p, None)
+
+        J = frames.jacobian(eta)
+        Phi = -np.linalg.inv(J.T) @ vehicle.disturbance_map(eta, p.r_B, p.r_C, p.r_A)
+        g = np.linalg.inv(J.T) @ vehicle.restoring(eta, p.mass, p.g, p.r_G, p.r_B)
+        e, eta_dot = eta - eta_d, J @ nu
+        tau = J.T @ (-p.K_P * e - p.K_D * eta_dot + g + Phi @ FORCES)
+        epsilon = p.epsilon_0 / (1 + p.alpha * np.linalg.norm(e))
+        rate = -p.Gamma * (Phi.T @ (eta_dot + epsilon * e))
+        assert outputs["tau"] == pytest.approx(tau)
+        assert outputs["e"] == pytest.approx(e)
+        assert outputs["eta_dot"] == pytest.approx(eta_dot)
+        assert outputs["disturbance"] == pytest.approx(-J.T @ Phi @ FORCES)
+        assert after["theta_hat"] - FORCES == pytest.approx(T * rate)
+        B = vehicle.allocation_matrix(p.thruster_r, p.thruster_d, p.thruster_enabled)
+        assert outputs["u"] == pytest.approx(B.T @ np.linalg.inv(B @ B.T) @ tau)
+
+
+def test_the_four_dof_form_leaves_roll_and_pitch_out_everywhere():
+    p = parameters(CONTROLLER, use_measured_velocity=1)
+    eta = np.array([0.1, 0.2, 0.3, 0.05, -0.04, 0.6])
+    u = inputs(CONTROLLER, eta_m=eta, eta_m_valid=1, nu_m=RANDOM.normal(size=6))
+    _, outputs = equations.sample(state(theta_hat=FORCES), u, p, None)
+    for key in ("tau", "e", "eta_dot"):
+        assert np.array_equal(outputs[key][3:5], np.zeros(2))
+    x = state(theta_hat=FORCES)
+    turned = inputs(CONTROLLER, eta_m=eta, eta_m_valid=1, eta_d=[0, 0, 0, 0.4, -0.4, 0])
+    still = inputs(CONTROLLER, eta_m=eta, eta_m_valid=1)
+    for a, b in zip(equations.sample(x, turned, p, None), equations.sample(x, still, p, None), strict=True):
+        assert all(np.array_equal(a[key], b[key]) for key in a)
+
+
+@pytest.mark.parametrize("six", [0, 1])
+def test_allocation_delivers_the_controlled_wrench_with_least_effort(six):
+    enabled = np.ones(8)
+    enabled[2] = 0
+    p = parameters(CONTROLLER, control_roll_pitch=six, thruster_enabled=enabled)
+    B = equations.thruster_wrenches(p)
+    rows = [0, 1, 2, 3, 4, 5] if six else [0, 1, 2, 5]
+    allocation = np.array([equations.allocate(unit, p) for unit in np.eye(6)[rows]]).T
+    assert B[rows] @ allocation == pytest.approx(np.eye(len(rows)), abs=1e-12)
+    assert allocation == pytest.approx(np.linalg.pinv(B[rows]), abs=1e-12)
+    assert np.array_equal(allocation[2], np.zeros(len(rows)))
+
+
+def test_the_lead_filter_is_the_zero_order_hold_of_s_over_tf_s_plus_1():
+    t = np.arange(200) * T
+    x = 0.3 * np.sin(0.8 * t) + 0.05 * t
+    rig = controller()
+    measured = []
+    for value in x:
+        rig.set({"eta_m.x": value})
+        rig.step()
+        measured.append(rig.get("eta_dot")[0])
+    num, den, _ = cont2discrete(([1, 0], [0.1, 1]), T)
+    _, expected = dlsim((num.ravel(), den, T), x)
+    assert measured == pytest.approx(expected.ravel(), abs=1e-12)  # x starts at 0, as the filter does
+
+
+def test_the_filter_starts_without_velocity_and_restarts_after_a_gap():
+    rig = controller()
+    rig.set({"eta_m.x": 0.7})
+    rig.step()
+    assert rig.get("eta_dot")[0] == 0
+    rig.set({"eta_m.x": 0.71})
+    rig.step()
+    assert rig.get("eta_dot")[0] == pytest.approx(0.1)
+    for interruption in ("eta_m_valid", "disable"):
+        rig.set({interruption: 1 - rig.get(interruption)})
+        rig.step()
+        rig.set({interruption: 1 - rig.get(interruption), "eta_m.x": rig.get("eta_m")[0] + 0.5})
+        rig.step()
+        assert rig.get("eta_dot")[0] == 0
+
+
+def test_a_jump_of_the_measured_yaw_across_pi_is_no_velocity():
+    rig = controller()
+    for psi in (3.13, 3.14, 3.15 - 2 * np.pi):
+        rig.set({"eta_m.psi": psi})
+        rig.step()
+    assert 0 < rig.get("eta_dot")[5] < 0.5
+
+
+def test_yaw_error_takes_the_short_way():
+    rig = controller()
+    rig.set({"eta_m.psi": 3.0, "eta_d.psi": -3.0})
+    rig.step()
+    assert rig.get("e")[5] == pytest.approx(6.0 - 2 * np.pi)
+
+
+def test_without_a_measurement_the_last_estimate_is_fed_forward():
+    rig = controller(**{"theta_hat_0.dB": 10.0, "theta_hat_0.F_C.x": 4.0})
+    rig.set({"eta_m.x": 0.5, "eta_m.psi": 0.6})
+    rig.step()
+    rig.step()
+    estimate = rig.get("theta_hat")
+    rig.set({"eta_m_valid": 0, "eta_m.x": 9.0, "eta_m.psi": 0.0})
+    rig.step()
+    rig.step()
+    held = rig.get("theta_hat")
+    W = vehicle.disturbance_map(np.array([0, 0, 0, 0, 0, 0.6]), *(rig.get(point) for point in ("r_B", "r_C", "r_A")))
+    assert rig.get("tau") == pytest.approx(-(W @ held) * vehicle.FOUR_DOF)
+    assert np.array_equal(rig.get("e"), np.zeros(6))
+    assert np.abs(held - estimate).max() > 0  # the last valid sample still counts
+    rig.run(1.0)
+    assert np.array_equal(rig.get("theta_hat"), held)
+
+
+def test_disabled_thrusters_rest_and_the_estimate_is_frozen():
+    rig = controller(**{"theta_hat_0.dB": 10.0})
+    rig.set({"disable": 1, "eta_m.x": 0.5})
+    rig.run(1.0)
+    assert np.array_equal(rig.get("u"), np.zeros(8))
+    assert np.array_equal(rig.get("tau"), np.zeros(6))
+    assert rig.get("theta_hat")[0] == 10.0
+    rig.set({"disable": 0})
+    rig.step()
+    assert rig.get("tau")[2] == pytest.approx(-10.0)
+
+
+def test_every_input_is_neutral_at_zero():
+    rig = Rig(CONTROLLER).start()
+    rig.run(1.0)
+    assert np.array_equal(rig.get("u"), np.zeros(8))
+    assert np.array_equal(rig.get("theta_hat"), np.zeros(7))
+
+
+def test_without_adaptation_the_estimate_stays():
+    rig = controller(adaptation=0)
+    rig.set({"eta_m.x": 0.5})
+    rig.run(1.0)
+    assert np.array_equal(rig.get("theta_hat"), np.zeros(7))
+    assert rig.get("tau")[0] == pytest.approx(-80.0 * 0.5)
+
+
+def test_a_gain_of_zero_leaves_its_force_alone():
+    rig = controller(**{"Gamma.F_A.x": 0.0})
+    rig.set({"eta_m.x": 0.5})
+    rig.run(1.0)
+    assert rig.get("theta_hat.F_A.x") == 0
+    assert rig.get("theta_hat.F_C.x") > 0.1
+
+
+def test_saturation_does_not_wind_the_estimate_up():
+    free, limited = controller(), controller(thrust_max=5.0)
+    for rig in (free, limited):
+        rig.set({"eta_m.x": 2.0})  # out of reach of the thrusters for long
+        rig.run(20.0)
+    assert limited.get("saturated") == 1
+    assert free.get("saturated") == 0
+    assert np.abs(limited.get("u")).max() == pytest.approx(5.0)
+    # Umbilical and arm each adapt with Gamma (epsilon_0 e / (1 + alpha e)) N/s.
+    assert free.get("disturbance")[0] == pytest.approx(2 * 10.0 * 0.3 * 2.0 / 5.0 * 20.0, rel=0.01)
+    assert abs(limited.get("disturbance")[0]) < 1e-9
+    limited.set({"eta_m.x": -0.05})  # what is delivered again is adapted again
+    limited.run(1.0)
+    assert limited.get("saturated") == 0
+    assert limited.get("disturbance")[0] < -0.01
+
+
+def test_saturation_in_one_axis_lets_the_others_adapt():
+    rig = controller(thrust_max=5.0)
+    rig.set({"eta_m.x": 2.0, "eta_m.z": 0.1})
+    rig.run(3.0)
+    assert rig.get("saturated") == 1
+    assert rig.get("disturbance")[2] > 0.5
+
+
+def test_outputs_before_the_first_step_are_those_of_the_first_sample():
+    rig = Rig(CONTROLLER)
+    rig.set({"eta_m_valid": 1, "eta_m.x": 0.5})
+    rig.instance.enter_initialization()
+    preview = rig.get("u")
+    rig.instance.exit_initialization()
+    rig.step()
+    assert np.array_equal(rig.get("u"), preview)
+    assert np.abs(preview).max() > 1

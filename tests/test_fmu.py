@@ -1,0 +1,356 @@
+"""The exported FMUs through FMI: description, archive, faults, save and restore, reset."""
+
+import json
+import subprocess
+import sys
+from zipfile import ZipFile
+
+import numpy as np
+import pytest
+from fmpy import extract, read_model_description
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+from fmpy.validation import validate_fmu
+from lxml import etree
+
+from rov_cosim.components.interface import Component
+from rov_cosim.exporters import archive, pythonfmu_export
+from rov_cosim.exporters.build import components
+from rov_cosim.systems.master import Slave
+from rov_cosim.systems.wiring import Element
+
+COMPONENTS = components()
+NAMES = list(COMPONENTS)
+
+
+class Fmu:
+    """An instantiated FMU, its log, and values by name."""
+
+    def __init__(self, path, folder):
+        self.folder = extract(path, folder)
+        element = Element("tested", folder, read_model_description(folder))
+        self.warnings: list[str] = []
+        self.slave = Slave(element, self.warnings.append)
+        self.fmu: FMU2Slave = self.slave.fmu
+        self.variables = element.variables
+
+    @property
+    def errors(self):
+        return " ".join(self.slave.errors)
+
+    def set(self, **values):
+        for name, value in values.items():
+            self[name.replace("__", ".")] = value
+
+    def __setitem__(self, name, value):
+        variable = self.variables[name]
+        getattr(self.fmu, f"set{variable.type}")([variable.valueReference], [value])
+
+    def __getitem__(self, name):
+        variable = self.variables[name]
+        return getattr(self.fmu, f"get{variable.type}")([variable.valueReference])[0]
+
+    def outputs(self):
+        return [self[v.name] for v in self.variables.values() if v.causality == "output"]
+
+    def start(self):
+        self.fmu.setupExperiment(startTime=0.0)
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+
+    def step(self, n, h=0.03):
+        self.fmu.doStep(n * h, h)
+
+
+@pytest.fixture
+def fmu(fmus, tmp_path):
+    opened = []
+
+    def open_(name):
+        opened.append(Fmu(fmus[name], tmp_path / f"{name}{len(opened)}"))
+        return opened[-1]
+
+    yield open_
+    for one in opened:
+        one.fmu.freeInstance()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_fmpy_finds_no_problem(fmus, name):
+    assert validate_fmu(str(fmus[name])) == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_building_twice_gives_the_same_bytes(fmus, name, tmp_path):
+    again = tmp_path / "again.fmu"
+    assert pythonfmu_export.export(COMPONENTS[name], again)
+    assert again.read_bytes() == fmus[name].read_bytes()
+    assert not pythonfmu_export.export(COMPONENTS[name], again)
+
+
+def test_an_archive_that_is_broken_or_outdated_is_written_anew(tmp_path):
+    path = tmp_path / "a.zip"
+    path.write_bytes(b"broken")
+    assert archive.write(path, {"a": b"1"})
+    assert not archive.write(path, {"a": b"1"})
+    assert archive.write(path, {"a": b"2"})
+    assert archive.read(path) == {"a": b"2"}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_description_says_what_the_interface_declares(fmus, name):
+    component: Component = COMPONENTS[name]
+    description = read_model_description(str(fmus[name]))
+    variables = {v.name: v for v in description.modelVariables}
+    for signals, causality in ((component.inputs, "input"), (component.outputs, "output"), (component.parameters, "parameter")):
+        for signal in signals:
+            for i, scalar in enumerate(signal.names):
+                variable = variables.pop(scalar)
+                assert (variable.causality, variable.type) == (causality, signal.type)
+                assert (variable.unit or "") == signal.units[i]
+                assert variable.description
+                if causality != "output":
+                    start = {"true": 1.0, "false": 0.0}.get(variable.start) or float(variable.start.replace("false", "0"))
+                    assert start == signal.elements(signal.start)[i]
+                if causality == "parameter":
+                    assert variable.variability == ("tunable" if signal.tunable else "fixed")
+    assert variables == {}
+    assert [v.valueReference for v in description.modelVariables] == list(range(len(description.modelVariables)))
+    simulation = description.coSimulation
+    assert simulation.modelIdentifier == description.modelName == name
+    assert simulation.canGetAndSetFMUstate
+    assert simulation.canSerializeFMUstate
+    assert simulation.canHandleVariableCommunicationStepSize
+    assert not simulation.needsExecutionTool
+    assert description.variableNamingConvention == "structured"
+    assert description.generationDateAndTime.endswith("Z")
+    experiment = description.defaultExperiment
+    assert [float(t) for t in (experiment.startTime, experiment.stopTime, experiment.stepSize)] == [0.0, 60.0, 0.03]
+    assert all(unknown.dependencies == [] for unknown in description.outputs)
+    angle = next(unit for unit in description.unitDefinitions if unit.name == "rad")
+    assert angle.baseUnit.rad == 1
+    assert float(angle.displayUnits[0].factor) == pytest.approx(180 / np.pi)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_initial_output_follows_a_variable_that_its_dependencies_leave_out(fmu, name):
+    description = read_model_description(fmu(name).folder)
+    declared = {u.variable.name: {v.name for v in u.dependencies} for u in description.initialUnknowns}
+
+    def initial(**changed):
+        one = fmu(name)
+        if "eta_m_valid" in one.variables and one.variables["eta_m_valid"].causality == "input":
+            one["eta_m_valid"] = True
+        for variable, value in changed.items():
+            one[variable] = value
+        return dict(zip(declared, one.outputs(), strict=True))
+
+    before = initial()
+    for variable in [v for v in description.modelVariables if v.causality == "input"]:
+        after = initial(**{variable.name: 0.25 if variable.type == "Real" else variable.name == "disable"})
+        for output in declared:
+            if after[output] != before[output]:
+                assert variable.name in declared[output], (variable.name, output)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_archive_holds_page_icon_and_licences(fmus, name):
+    with ZipFile(fmus[name]) as opened:
+        names = opened.namelist()
+        page = opened.read("documentation/index.html").decode()
+        icon = opened.read("model.png")
+        main = opened.read("resources/slavemodule.txt").decode()
+    assert icon.startswith(b"\x89PNG")
+    assert {"documentation/licenses/rov-cosim.txt", "documentation/licenses/pythonfmu.txt"} <= set(names)
+    root = etree.fromstring(page.encode(), etree.HTMLParser(recover=False, huge_tree=True))
+    assert len(root.findall(".//math")) > 5
+    assert "$" not in "".join(root.itertext())
+    for heading in ("Inputs", "Outputs", "Parameters", "Frames and signs"):
+        assert any(heading == h.text for h in root.iter("h2"))
+    # Modules of one process share their names: all of this FMU's start with the component's.
+    own = [n for n in names if n.startswith("resources/") and n.endswith(".py") and "/pythonfmu/" not in n]
+    assert main.startswith(f"{name}_")
+    assert all(n.split("/")[1].startswith(f"{name}_") for n in own)
+
+
+FAULTS = [
+    ("rov_plant", {"u[3]": np.nan}, r"u[3] is nan; expected a finite number"),
+    ("rov_plant", {"mass": -5.0}, "mass is -5; expected a finite number of at least 0.001"),
+    ("adaptive_pd", {"epsilon_0": 2.0}, "epsilon_0 is 2; expected a finite number of at least 0 and at most 1"),
+    ("passive_arm", {"seed": -1}, "seed is -1; expected a finite number of at least 0"),
+    ("passive_arm", {"reach": 1.0}, "reach is an output: only inputs and parameters can be set"),
+]
+
+
+@pytest.mark.parametrize(("name", "values", "message"), FAULTS)
+def test_a_bad_value_fails_the_call_with_the_reason_and_harms_nothing(fmu, name, values, message):
+    one = fmu(name)
+    for _ in range(3):  # the FMU survives its own errors
+        with pytest.raises(FMICallException):
+            for variable, value in values.items():
+                one[variable] = value
+        assert f"{name}: {message}" in one.errors
+    one.start()
+    one.step(0)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "message"),
+    [
+        ("rov_plant", {"I.xx": 0.01, "I.yy": 0.01, "added_mass.p": 0.0, "r_G.z": 0.3}, "The mass matrix is not positive definite"),
+        ("adaptive_pd", {f"thruster[{i}].enabled": False for i in range(5, 9)}, "The enabled thrusters cannot produce"),
+    ],
+)
+def test_inconsistent_parameters_fail_the_initialization_with_the_reason(fmu, name, values, message):
+    one = fmu(name)
+    for variable, value in values.items():
+        one[variable] = value
+    one.fmu.setupExperiment(startTime=0.0)
+    one.fmu.enterInitializationMode()
+    with pytest.raises(FMICallException):
+        one.fmu.exitInitializationMode()
+    assert message in one.errors
+
+
+@pytest.mark.parametrize(
+    ("time", "h", "message"),
+    [
+        (0.0, 0.0, "The step size is 0 s; expected a positive number"),
+        (0.0, -0.03, "The step size is -0.03 s"),
+        (0.0, np.nan, "The step size is nan s"),
+        (7.0, 0.03, "Expected the communication point 0 s but was 7 s"),
+    ],
+)
+def test_a_bad_step_is_discarded_with_the_reason_and_the_next_good_one_works(fmu, time, h, message):
+    one = fmu("rov_plant")
+    one.start()
+    with pytest.raises(FMICallException, match="discard"):
+        one.fmu.doStep(time, h)
+    assert message in one.errors
+    one.step(0)
+
+
+def test_unknown_value_references_and_wrong_types_are_refused(fmu):
+    one = fmu("adaptive_pd")
+    with pytest.raises(FMICallException):
+        one.fmu.getReal([100000])
+    assert "There is no variable with value reference 100000" in one.errors
+    with pytest.raises(FMICallException):
+        one.fmu.getReal([one.variables["adaptation"].valueReference])
+    assert "is of type Boolean, not Real" in one.errors
+    with pytest.raises(FMICallException):
+        one.fmu.getString([0])
+    with pytest.raises(FMICallException):
+        one.fmu.doStep(0.0, 0.03)
+    assert "exit Initialization Mode first" in one.errors
+    one.start()
+    one.step(0)
+
+
+def test_a_detached_arm_is_logged_once_as_a_warning(fmu):
+    one = fmu("passive_arm")
+    one["eta.x"] = 5.0
+    one.start()
+    for n in range(3):
+        one.step(n)
+    assert len(one.warnings) == 1
+    assert "The arm is detached" in one.warnings[0]
+    assert one["eta_m_valid"] == 0
+
+
+def drive(one, first, n):
+    rows = []
+    reals = [v.name for v in one.variables.values() if v.causality == "input" and v.type == "Real"]
+    for k in range(first, first + n):
+        for i, name in enumerate(reals):
+            one[name] = 0.2 * np.sin(0.1 * k + i)
+        one.step(k)
+        rows.append(one.outputs())
+    return rows
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_save_restore_serialise_and_reset_repeat_the_rest_bit_for_bit(fmu, name):
+    one = fmu(name)
+
+    def begin():
+        if name == "adaptive_pd":
+            one["eta_m_valid"] = True
+        one.start()
+        return drive(one, 0, 10)
+
+    first = begin()
+    state = one.fmu.getFMUstate()
+    rest = drive(one, 10, 10)
+    one.fmu.setFMUstate(state)
+    assert drive(one, 10, 10) == rest
+    data = one.fmu.serializeFMUstate(state)
+    other = fmu(name)
+    restored = other.fmu.deSerializeFMUstate(data)
+    other.fmu.setFMUstate(restored)
+    assert drive(other, 10, 10) == rest
+    one.fmu.reset()
+    assert begin() == first
+    one.fmu.setFMUstate(state)
+    assert drive(one, 10, 10) == rest
+    for holder, held in ((one, state), (other, restored)):
+        holder.fmu.freeFMUstate(held)
+
+
+def test_a_broken_saved_state_is_refused_and_harms_nothing(fmu):
+    one = fmu("rov_plant")
+    one.start()
+    bad = one.fmu.deSerializeFMUstate(b"nonsense")
+    with pytest.raises(FMICallException):
+        one.fmu.setFMUstate(bad)
+    assert "is not one of this component" in one.errors
+    one.step(0)
+
+
+def test_many_instances_run_side_by_side(fmu):
+    arms = [fmu("passive_arm") for _ in range(8)]
+    for i, arm in enumerate(arms):
+        arm["seed"] = i // 2
+        arm.start()
+    for n in range(3):
+        for arm in arms:
+            arm.step(n)
+    values = [arm["eta_m.x"] for arm in arms]
+    assert values[0::2] == values[1::2]
+    assert len(set(values)) == 4
+
+
+def test_two_versions_of_a_component_keep_apart_in_one_process(fmus, tmp_path):
+    # As if an older build ran beside the new one: other content, so another package name inside.
+    script = """
+import json, sys
+from pathlib import Path
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
+values = []
+for path in sys.argv[1:]:
+    folder = extract(path)
+    md = read_model_description(folder)
+    fmu = FMU2Slave(guid=md.guid, unzipDirectory=folder, modelIdentifier="rov_plant", instanceName="i")
+    fmu.instantiate()
+    fmu.setupExperiment()
+    fmu.enterInitializationMode()
+    values += fmu.getReal([v.valueReference for v in md.modelVariables if v.name == "mass"])
+    fmu.exitInitializationMode()
+    fmu.doStep(0.0, 0.03)
+print(json.dumps(values))
+"""
+    entries = archive.read(fmus["rov_plant"])
+    package = entries["resources/slavemodule.txt"].decode().removesuffix("_main")
+    renamed = {}
+    for name, content in entries.items():
+        content = content.replace(b"start=80.0", b"start=70.0") if name.endswith("vehicle.py") else content
+        content = content.replace(package.encode(), b"rov_plant_0") if name.startswith("resources/rov") else content
+        renamed[name.replace(package, "rov_plant_0")] = content
+    renamed["resources/slavemodule.txt"] = b"rov_plant_0_main"
+    old = tmp_path / "old.fmu"
+    archive.write(old, renamed)
+    run = subprocess.run(
+        [sys.executable, "-c", script, str(fmus["rov_plant"]), str(old)], capture_output=True, text=True, check=True
+    )
+    assert json.loads(run.stdout) == [80.0, 70.0]

@@ -1,0 +1,138 @@
+"""The vehicle: energy, steady states, an independent integration, thrusters and limits."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+from rov_cosim.components.instance import ComponentError
+from rov_cosim.components.rov_plant import COMPONENT as PLANT
+from rov_cosim.components.rov_plant import equations
+
+from rig import Rig, inputs, parameters
+
+FREE = {"lock_roll_pitch": 0}
+UNDAMPED = {f"D_quadratic.{axis}": 0.0 for axis in "uvwpqr"}
+OFF_CENTRE = {"r_G.x": 0.04, "r_G.y": -0.03, "r_G.z": -0.05}
+TUMBLE = {"nu_0.u": 0.4, "nu_0.v": -0.3, "nu_0.w": 0.2, "nu_0.p": 0.5, "nu_0.q": -0.4, "nu_0.r": 0.6}
+
+
+def energy(rig: Rig) -> float:
+    p = rig.parameters()
+    eta, nu = rig.get("eta"), rig.get("nu")
+    R = Rotation.from_euler("ZYX", eta[:2:-1]).as_matrix()
+    return 0.5 * nu @ equations.inertia(p) @ nu + p.mass * p.g * (R @ (p.r_G - p.r_B))[2]
+
+
+def test_energy_is_conserved_without_damping():
+    rig = Rig(PLANT, {**FREE, **UNDAMPED, **OFF_CENTRE, **TUMBLE}).start()
+    before = energy(rig)
+    rig.run(10.0)
+    assert np.abs(rig.get("nu")).max() > 0.1
+    assert energy(rig) == pytest.approx(before, rel=1e-6)
+
+
+def test_energy_never_grows_without_input():
+    rig = Rig(PLANT, {**FREE, **OFF_CENTRE, **TUMBLE}).start()
+    energies = []
+    for _ in range(300):
+        energies.append(energy(rig))
+        rig.step()
+    assert np.diff(energies).max() < 1e-9
+    assert energies[-1] < energies[0] - 5
+
+
+def test_a_buoyant_vehicle_rises_at_its_terminal_speed():
+    rig = Rig(PLANT, {"dB": 20.0}).start()
+    rig.run(30.0)
+    assert rig.get("nu")[2] == pytest.approx(np.sqrt(20.0 / 286.0), rel=1e-6)
+
+
+def test_a_free_vehicle_drifts_with_the_current():
+    rig = Rig(PLANT, {**FREE, "eta_0.psi": 0.7, "D_linear.u": 30, "D_linear.v": 30, "D_linear.w": 30}).start()
+    rig.put("current", [0.3, -0.2, 0.05])
+    rig.run(60.0)
+    R = Rotation.from_euler("ZYX", rig.get("eta")[:2:-1]).as_matrix()
+    assert R @ rig.get("nu")[:3] == pytest.approx([0.3, -0.2, 0.05], abs=1e-6)
+
+
+def test_a_turning_vehicle_feels_the_current_of_an_inertial_observer():
+    # Seen from a frame that moves with the water the same motion has no current: both must agree.
+    v_c = np.array([0.3, -0.2, 0.1])
+    still = Rig(PLANT, {**FREE, **OFF_CENTRE, **TUMBLE}).start()
+    nu_0 = [TUMBLE[f"nu_0.{axis}"] for axis in "uvw"] + v_c  # at eta_0 = 0 body and earth axes agree
+    moving = Rig(PLANT, {**FREE, **OFF_CENTRE, **TUMBLE, **dict(zip(("nu_0.u", "nu_0.v", "nu_0.w"), nu_0, strict=True))})
+    moving.start().put("current", v_c)
+    still.run(6.0)
+    moving.run(6.0)
+    drift = np.concatenate([6.0 * v_c, np.zeros(3)])
+    assert moving.get("eta") - drift == pytest.approx(still.get("eta"), abs=1e-7)
+
+
+@pytest.mark.parametrize("lock", [0, 1])
+def test_the_motion_is_that_of_an_adaptive_integrator(lock):
+    values = {"lock_roll_pitch": lock, "thruster_time_constant": 0.2, "dB": 5.0, "F_C.x": 4.0, "F_A.y": 8.0}
+    commands = np.array([10.0, -5.0, 8.0, 3.0, 6.0, -4.0, 5.0, 2.0])
+    rig = Rig(PLANT, values).start()
+    rig.put("u", commands)
+    rig.put("F_arm", [1.0, 2.0, -1.0])
+    rig.run(15.0)
+
+    p = parameters(PLANT, lock_roll_pitch=lock, theta=[5, 4, 0, 0, 0, 8, 0])
+    u = inputs(PLANT, F_arm=[1, 2, -1])
+    M, B = equations.inertia(p), equations.thruster_wrenches(p)
+
+    def f(_, z):
+        return np.concatenate([equations.rates(z[:6], z[6:12], B @ z[12:], M, u, p), (commands - z[12:]) / 0.2])
+
+    reference = solve_ivp(f, (0, 15), np.zeros(20), method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    assert rig.get("eta") == pytest.approx(reference[:6], abs=2e-7)
+    assert rig.get("nu") == pytest.approx(reference[6:12], abs=2e-7)
+    assert rig.get("tau") == pytest.approx(B @ commands)
+
+
+def test_locked_roll_and_pitch_stay_zero_under_a_rolling_moment():
+    free, locked = Rig(PLANT, FREE).start(), Rig(PLANT).start()
+    for rig in (free, locked):
+        rig.put("u", [0, 0, 0, 0, 5.0, -5.0, 5.0, -5.0])
+        rig.run(3.0)
+    assert abs(free.get("eta")[3]) > 0.01
+    assert np.array_equal(locked.get("eta"), np.zeros(6))
+
+
+def test_roll_and_pitch_are_passively_stable():
+    rig = Rig(PLANT, {**FREE, "eta_0.phi": 0.3, "eta_0.theta": -0.3, "D_linear.p": 5.0, "D_linear.q": 5.0}).start()
+    rig.run(60.0)
+    assert rig.get("eta")[[3, 4]] == pytest.approx([0.0, 0.0], abs=1e-3)
+
+
+@pytest.mark.parametrize("h", [0.03, 0.007, 0.1])
+def test_thrusters_lag_exactly_whatever_the_step(h):
+    rig = Rig(PLANT, {"thruster_time_constant": 0.25}).start()
+    rig.put("u", np.full(8, 10.0))
+    rig.run(2.1, h)
+    expected = equations.thruster_wrenches(parameters(PLANT)) @ np.full(8, 10.0) * (1 - np.exp(-2.1 / 0.25))
+    assert rig.get("tau") == pytest.approx(expected, abs=1e-9)
+
+
+def test_thrust_is_limited_and_a_disabled_thruster_gives_nothing():
+    rig = Rig(PLANT, {"thrust_max": 15.0, "thruster[5].enabled": 0}).start()
+    rig.put("u", [0, 0, 0, 0, 40.0, 40.0, -40.0, 10.0])
+    rig.step()
+    assert rig.get("tau")[2] == pytest.approx(15.0 - 15.0 + 10.0)
+
+
+def test_thruster_wrench_is_known_before_the_first_step():
+    rig = Rig(PLANT)
+    rig.put("u", np.full(8, 1.0))
+    rig.instance.enter_initialization()
+    assert rig.get("tau")[2] == pytest.approx(4.0)
+
+
+def test_a_pitch_of_half_pi_fails_the_step_and_keeps_the_state():
+    rig = Rig(PLANT, {**FREE, "eta_0.theta": 1.5, "nu_0.q": 5.0, "r_B.z": 0.0}).start()
+    before = rig.get("eta")
+    with pytest.raises(ComponentError, match=r"eta\.theta|nan|inf"):
+        rig.run(1.0)
+    assert abs(rig.get("eta")[4]) <= np.pi / 2
+    assert rig.get("eta")[4] >= before[4]
