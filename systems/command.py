@@ -5,14 +5,13 @@ from typing import Any
 
 import click
 
-from ..components.instance import ComponentError
 from . import benchmark as benchmarking
 from . import session
 from .catalogue import SYSTEMS
 from .declaration import System
 from .master import COUPLINGS, SimulationError, simulate
 from .plots import plot_comparison
-from .wiring import WiringError, suggestion
+from .wiring import suggestion
 
 
 class _Command(click.Group):
@@ -21,7 +20,7 @@ class _Command(click.Group):
     def invoke(self, context: click.Context) -> Any:
         try:
             return super().invoke(context)
-        except (WiringError, SimulationError, ComponentError, OSError) as error:
+        except (ValueError, SimulationError, OSError) as error:
             raise click.ClickException(str(error)) from error
 
 

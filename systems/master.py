@@ -1,8 +1,10 @@
 """The co-simulation master: FMPy's FMU2Slave, values handed on in preallocated arrays."""
 
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from ctypes import POINTER, c_double, c_int, c_uint32, cast
+from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
@@ -202,13 +204,17 @@ def simulate(
     Raises
     ------
     SimulationError : an FMU failed, or the run was interrupted; it holds the results so far.
+    ValueError : the stop time is not after the start time.
     """
-    span = (wiring.stop_time if stop_time is None else stop_time) - wiring.start_time
+    stop_time = wiring.stop_time if stop_time is None else stop_time
+    if not wiring.start_time < stop_time < np.inf:
+        raise ValueError(f"The stop time is {stop_time} s; expected a time after the start at {wiring.start_time} s.")
+    span = stop_time - wiring.start_time
     n_steps = max(0, int(np.floor(span / wiring.step_size * (1 + 1e-9))))
     rows = np.empty((n_steps + 1, 0))
     done = 0
     fields: list[tuple[str, type]] = []
-    with _instantiated(wiring, warn) as slaves:
+    with _instantiated(wiring, warn) as slaves, _deferred_interrupt() as interrupted:
         try:
             for slave in slaves:
                 slave.prepare(wiring)
@@ -225,6 +231,8 @@ def simulate(
             for n in progress(range(n_steps)):
                 coupling(loop, wiring.start_time + n * wiring.step_size, wiring.step_size)
                 rows[n + 1], done = loop.values(), n + 2
+                if interrupted:
+                    raise KeyboardInterrupt
             for slave in slaves:
                 slave.fmu.terminate()
         except FMICallException as error:
@@ -258,6 +266,20 @@ def _instantiated(wiring: Wiring, warn: Callable[[str], None]) -> Iterator[list[
             stack.callback(slave.fmu.freeInstance)
             slaves.append(slave)
         yield slaves
+
+
+@contextmanager
+def _deferred_interrupt() -> Iterator[list[int]]:
+    """Yield a list that Ctrl-C fills: raised within a step, it would break an FMU that runs Python."""
+    received: list[int] = []
+    if current_thread() is not main_thread():
+        yield received  # signals go to the main thread
+        return
+    before = signal.signal(signal.SIGINT, lambda number, frame: received.append(number))
+    try:
+        yield received
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _explain(slaves: list[Slave], error: FMICallException) -> str:

@@ -1,0 +1,132 @@
+"""The command as a user types it: what it prints, what it writes, how it fails."""
+
+import csv
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from rov_cosim.systems.catalogue import SYSTEMS
+from rov_cosim.systems.command import main
+
+ROOT = Path(__file__).parent.parent
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def ok(*arguments):
+    done = call(*arguments)
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+def test_list_names_every_system():
+    lines = ok("list").splitlines()
+    assert [line.split()[0] for line in lines] == list(SYSTEMS)
+
+
+def test_build_writes_once_and_then_touches_nothing(archives):
+    lines = ok("build").splitlines()
+    assert len(lines) == 3 + len(SYSTEMS)
+    assert all(line.startswith("current") for line in lines)
+
+
+def test_run_writes_csv_and_plot_and_prints_the_table(archives, tmp_path):
+    output = ok("run", "paper_simulation_pd", "--coupling", "gauss-seidel", "--output", tmp_path)
+    table = {line.split()[0]: line for line in output.splitlines() if line[:3].strip() in ("x", "y", "z", "psi")}
+    assert "never" in table["x"]
+    assert "120.00 mm" in table["x"]
+    assert "41.67 mm" in table["z"]
+    assert re.search(r"^Z +0\.000 +5\.000 +N$", output, re.M)  # PD estimates nothing of the 5 N
+    with open(tmp_path / "paper_simulation_pd.csv") as file:
+        rows = list(csv.reader(file))
+    assert rows[0][0] == "time"
+    assert "rov_plant.eta.x" in rows[0]
+    assert (float(rows[1][0]), float(rows[-1][0]), len(rows)) == (0.0, 60.0, 2002)
+    assert (tmp_path / "paper_simulation_pd.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_run_takes_start_values_and_any_archive(archives, tmp_path):
+    for what in ("station_keeping", archives["station_keeping"]):
+        ok("run", what, "--stop-time", "0.3", "--set", "rov_plant.eta_0.x=0.25", "--output", tmp_path)
+        with open(tmp_path / "station_keeping.csv") as file:
+            first = next(iter(csv.DictReader(file)))
+        assert float(first["rov_plant.eta.x"]) == 0.25
+
+
+def test_compare_draws_several_systems_into_one_figure(archives, tmp_path):
+    figure = tmp_path / "both.png"
+    ok("compare", "paper_simulation", "paper_simulation_pd", "--stop-time", "0.3", "--output", figure)
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+def test_benchmark_states_the_real_time_factor(archives):
+    assert re.search(r"[\d.]+ times faster than real time", ok("benchmark", "--stop-time", "0.3"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["run", "station_keping"], "there is no system station_keping. Did you mean station_keeping"),
+        (["run", "none.ssp"], "none.ssp: There is no such archive"),
+        (["run", "station_keeping", "--set", "adaptive_pd.K_P"], "expected ELEMENT.VARIABLE=VALUE, got 'adaptive_pd.K_P'"),
+        (["run", "station_keeping", "--set", "adaptive_pd.K_P.x=a"], "adaptive_pd.K_P.x: expected a number, got 'a'"),
+        (["run", "station_keeping", "--set", "adaptive_pd.Kp=1"], "There is no variable adaptive_pd.Kp"),
+        (["run", "station_keeping", "--stop-time", "-1"], "-1.0 is not in the range"),
+        (["run", "station_keeping", "--stop-time", "nan"], "The stop time is nan s; expected a time after the start"),
+        (["run", "station_keeping", "--set", "rov_plant.mass=0"], "mass is 0; expected a finite number of at least 0.001"),
+        (["run", "station_keeping", "--output", "/proc/none"], "/proc/none"),
+    ],
+)
+def test_bad_input_ends_with_a_reason_and_a_failing_status(archives, arguments, reason):
+    done = call(*arguments)
+    assert done.exit_code != 0
+    assert reason in done.output
+    assert "Traceback" not in done.output
+    assert done.exception is None or isinstance(done.exception, SystemExit)
+
+
+def test_a_run_that_fails_midway_keeps_its_results(archives, tmp_path):
+    # Undamped and pushed hard at the nose: the free vehicle pitches over.
+    values = {"lock_roll_pitch": "false", "r_B.z": "0", "F_A.z": "60", "eta_0.psi": "0"}
+    sets = [part for name, value in values.items() for part in ("--set", f"rov_plant.{name}={value}")]
+    done = call("run", "station_keeping", *sets, "--output", tmp_path)
+    assert done.exit_code == 1
+    assert "rov_plant: The step from" in done.output
+    assert "The results so far are in" in done.output
+    assert len((tmp_path / "station_keeping.csv").read_text().splitlines()) > 10
+
+
+def test_ctrl_c_keeps_the_results(archives, tmp_path):
+    command = [sys.executable, "-m", "rov_cosim.systems.command", "run", "station_keeping", "--output", tmp_path]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(4)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "Interrupted at" in errors
+    assert len((tmp_path / "station_keeping.csv").read_text().splitlines()) > 10
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_system_has_a_script_that_runs_it(name):
+    # The script is the same call for each; that it starts and knows its system is what can differ.
+    text = (ROOT / "systems" / f"{name}.py").read_text()
+    assert 'if __name__ == "__main__":\n    run(SYSTEM)' in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_script_runs(name, tmp_path):
+    done = subprocess.run(
+        [sys.executable, ROOT / "systems" / f"{name}.py"], capture_output=True, text=True, cwd=tmp_path, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "disturbance" in done.stdout

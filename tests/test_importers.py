@@ -1,0 +1,97 @@
+"""Other masters run the same archive with the same result: FMPy's stock command, Ecos, libcosim."""
+
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+from importers import SIGNALS
+
+from rov_cosim.systems import ssp_reader
+from rov_cosim.systems.master import simulate
+
+STOP = 12.0
+
+
+def ours(path, stop, **values):
+    with ssp_reader.opened(path) as wiring:
+        return simulate(wiring.with_values(values), stop_time=stop)
+
+
+def stock_fmpy(path, folder, *arguments):
+    """Run `fmpy simulate` as a user would and return the CSV."""
+    out = folder / "out.csv"
+    fmpy = Path(sys.executable).with_name("fmpy")
+    command = [fmpy, "simulate", path.name, "--output-file", out, *arguments]
+    done = subprocess.run(command, cwd=path.parent, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return np.genfromtxt(out, delimiter=",", names=True, deletechars="", dtype=None, encoding=None)
+
+
+def assert_same(theirs, results, tolerance=1e-9):
+    every = round((theirs["time"][1] - theirs["time"][0]) / 0.03)
+    assert theirs["time"] == pytest.approx(results["time"][::every])
+    assert set(theirs.dtype.names) == set(results.dtype.names)
+    for name in results.dtype.names:
+        assert np.abs(theirs[name].astype(float) - results[name][::every].astype(float)).max() <= tolerance, name
+
+
+def test_stock_fmpy_runs_the_archive_as_typed(archives, tmp_path):
+    theirs = stock_fmpy(archives["station_keeping"], tmp_path)
+    assert theirs["time"][-1] == pytest.approx(84.0)
+    assert_same(theirs, ours(archives["station_keeping"], 84.0))
+
+
+@pytest.mark.parametrize("name", ["paper_simulation", "paper_simulation_pd", "station_keeping_pd"])
+def test_stock_fmpy_runs_the_other_archives_too(archives, tmp_path, name):
+    theirs = stock_fmpy(archives[name], tmp_path, "--stop-time", "6")
+    assert_same(theirs, ours(archives[name], 6.0))
+
+
+def test_stock_fmpy_takes_start_values(archives, tmp_path):
+    arguments = ("--stop-time", "6", "--start-values", "adaptive_pd.K_P.x", "120", "passive_arm.seed", "7", "adaptive_pd.adaptation", "false")
+    theirs = stock_fmpy(archives["station_keeping"], tmp_path, *arguments)
+    values = {"adaptive_pd.K_P.x": 120.0, "passive_arm.seed": 7, "adaptive_pd.adaptation": False}
+    assert_same(theirs, ours(archives["station_keeping"], 6.0, **values))
+    assert theirs["adaptive_pd.theta_hat.dB"][-1] == 0
+    other = ours(archives["station_keeping"], 6.0)
+    assert np.abs(theirs["rov_plant.eta.x"] - other["rov_plant.eta.x"]).max() > 1e-4
+
+
+def imported(tool, path, folder, stop):
+    out = folder / f"{tool}.npz"
+    script = Path(__file__).parent / "importers.py"
+    command = [sys.executable, script, tool, path, str(stop), out]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return np.load(out)["values"]
+
+
+@pytest.mark.parametrize(
+    ("tool", "module", "name"),
+    [
+        ("ecos", "ecospy", "station_keeping"),
+        ("libcosim", "libcosimpy", "station_keeping"),
+        ("ecos", "ecospy", "paper_simulation_pd"),
+        ("libcosim", "libcosimpy", "paper_simulation_pd"),
+    ],
+)
+def test_other_masters_load_and_run_the_archive(archives, tmp_path, tool, module, name):
+    if find_spec(module) is None:
+        pytest.skip(f"{module} is not installed; it is part of the test extra on Linux")
+    theirs = imported(tool, archives[name], tmp_path, STOP)
+    results = ours(archives[name], STOP)
+    expected = np.stack([results[signal] for signal in SIGNALS], axis=1)
+    first = 1 if tool == "libcosim" else 0
+    assert np.abs(theirs[first:] - expected[first:]).max() < 1e-6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tool", ["ecos", "libcosim"])
+def test_other_masters_agree_over_the_whole_run(archives, tmp_path, tool):
+    theirs = imported(tool, archives["station_keeping"], tmp_path, 84.0)
+    results = ours(archives["station_keeping"], 84.0)
+    expected = np.stack([results[signal] for signal in SIGNALS], axis=1)
+    assert np.abs(theirs[1:] - expected[1:]).max() < 1e-6

@@ -1,0 +1,111 @@
+"""The master: couplings, initial values, partial results; with FMUs that this project did not make."""
+
+import numpy as np
+import pytest
+from fmpy import extract
+
+from rov_cosim.systems import ssp_reader, ssp_writer
+from rov_cosim.systems.catalogue import SYSTEMS
+from rov_cosim.systems.declaration import System, wire
+from rov_cosim.systems.master import SimulationError, gauss_seidel, jacobi, simulate
+from rov_cosim.systems.wiring import Element, End, Link, Wiring
+
+
+def chain(plain_gain, tmp_path, n=3, **parameters):
+    """Return n gains in a row, each y = 2 u + 1, with the FMUs extracted."""
+    names = [f"g{i}" for i in range(n)]
+    links = tuple((f"{a}.y", f"{b}.u") for a, b in zip(names, names[1:], strict=False))
+    wiring = wire(System("chain", "", dict.fromkeys(names, "g"), links, 0.3, parameters), {"g": plain_gain})
+    folder = extract(plain_gain, tmp_path / "gain")
+    elements = tuple(Element(e.name, folder, e.description, e.start_values) for e in wiring.elements)
+    return Wiring(wiring.name, elements, wiring.links, wiring.stop_time, wiring.step_size)
+
+
+def test_initial_values_travel_the_whole_chain(plain_gain, tmp_path):
+    results = simulate(chain(plain_gain, tmp_path, g0={"u": 1.0}))
+    assert [results[f"g{i}.y"][0] for i in range(3)] == [3.0, 7.0, 15.0]
+
+
+def test_jacobi_delays_a_connection_by_a_step_and_gauss_seidel_does_not(plain_gain, tmp_path):
+    wiring = chain(plain_gain, tmp_path)
+    feedback = Wiring("feedback", wiring.elements[:2], (*wiring.links[:1], Link(End("g1", "y"), End("g0", "u"))), 0.3, 0.03)
+    expected = {}
+    jacobi_rows = simulate(feedback, jacobi)
+    seidel_rows = simulate(feedback, gauss_seidel)
+    for name, rows in (("jacobi", jacobi_rows), ("gauss-seidel", seidel_rows)):
+        y = np.array([rows["g0.y"][0], rows["g1.y"][0]])
+        expected[name] = [y]
+        for _ in range(10):
+            first = 2 * y[1] + 1
+            y = np.array([first, 2 * (y[0] if name == "jacobi" else first) + 1])
+            expected[name].append(y)
+        assert np.array_equal(np.stack([rows["g0.y"], rows["g1.y"]], axis=1), expected[name])
+    assert not np.array_equal(jacobi_rows["g1.y"], seidel_rows["g1.y"])
+
+
+def test_time_is_a_multiple_of_the_step_and_types_are_kept(plain_gain, tmp_path):
+    results = simulate(chain(plain_gain, tmp_path))
+    assert np.array_equal(results["time"], np.arange(11) * 0.03)
+    assert results.dtype["g0.started"] == np.bool_
+    assert results["g0.started"].tolist() == [False] + [True] * 10
+
+
+def test_a_failing_fmu_ends_the_run_with_the_results_so_far(plain_gain, tmp_path):
+    wiring = chain(plain_gain, tmp_path, g1={"fail_at": 0.1})
+    with pytest.raises(SimulationError, match="discard") as caught:
+        simulate(wiring)
+    assert np.array_equal(caught.value.results["time"], np.arange(4) * 0.03)
+    assert caught.value.results["g0.y"][-1] == 1.0
+
+
+def test_an_interrupted_run_keeps_its_results(plain_gain, tmp_path):
+    def stop(steps):
+        for n in steps:
+            if n == 5:
+                raise KeyboardInterrupt
+            yield n
+
+    with pytest.raises(SimulationError, match=r"Interrupted at 0\.15 s") as caught:
+        simulate(chain(plain_gain, tmp_path), progress=stop)
+    assert len(caught.value.results) == 6
+
+
+def test_the_reason_of_a_failing_component_is_in_the_error(archives):
+    with ssp_reader.opened(archives["station_keeping"]) as wiring:
+        wrong = wiring.with_values({"rov_plant.mass": "-1"})
+        with pytest.raises(SimulationError, match=r"^rov_plant: rov_plant: mass is -1; expected a finite number"):
+            simulate(wrong)
+        inconsistent = wiring.with_values({"rov_plant.eta_0.phi": "0.2"})
+        with pytest.raises(SimulationError, match="Roll and pitch are locked at zero"):
+            simulate(inconsistent)
+
+
+def test_warnings_of_a_component_reach_the_caller(archives):
+    warnings = []
+    with ssp_reader.opened(archives["station_keeping"]) as wiring:
+        far = wiring.with_values({"passive_arm.attachment.x": "9"})
+        results = simulate(far, stop_time=0.3, warn=warnings.append)
+    assert len(warnings) == 1
+    assert warnings[0].startswith("passive_arm: At 0 s: The arm is detached")
+    assert not results["passive_arm.eta_m_valid"].any()
+
+
+def test_any_flat_archive_runs(plain_gain, tmp_path):
+    system = System("pair", "", {"a": "g", "b": "g"}, (("a.y", "b.u"),), 0.3, {"a": {"u": 4.0, "gain": 0.5}})
+    path = tmp_path / "pair.ssp"
+    ssp_writer.write(wire(system, {"g": plain_gain}), path)
+    with ssp_reader.opened(path) as wiring:
+        results = simulate(wiring)
+    assert results["b.y"][-1] == 2 * (0.5 * 4.0 + 1) + 1
+
+
+def test_the_start_time_is_that_of_the_experiment(fmus, tmp_path):
+    wiring = wire(SYSTEMS["station_keeping"], fmus)
+    elements = tuple(
+        Element(e.name, extract(e.fmu, tmp_path / e.name), e.description, e.start_values) for e in wiring.elements
+    )
+    early = Wiring("early", elements, wiring.links, 0.3, 0.03)
+    late = Wiring("late", elements, wiring.links, 100.3, 0.03, start_time=100.0)
+    a, b = simulate(early), simulate(late)
+    assert b["time"] - 100.0 == pytest.approx(a["time"])
+    assert b["rov_plant.eta.z"] == pytest.approx(a["rov_plant.eta.z"], abs=1e-12)

@@ -1,0 +1,251 @@
+"""SSP archives: what is written is valid and complete; what is wrong with one is told, all at once."""
+
+from dataclasses import replace
+from importlib.resources import files
+
+import numpy as np
+import pytest
+from fmpy.model_description import Unknown
+from fmpy.ssp.ssd import read_ssd, read_ssv
+from fmpy.validation import validate_fmu
+from lxml import etree
+
+from rov_cosim.exporters import archive
+from rov_cosim.systems import container, ssp_reader, ssp_writer
+from rov_cosim.systems.catalogue import SYSTEMS
+from rov_cosim.systems.declaration import System, wire
+from rov_cosim.systems.wiring import WiringError
+
+NAMES = list(SYSTEMS)
+NS = ssp_writer.NAMESPACES
+
+
+def schema(name):
+    return etree.XMLSchema(file=str(files("fmpy.ssp") / "schema" / name))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_structure_and_parameters_are_valid_and_read_by_fmpy(archives, name):
+    entries = archive.read(archives[name])
+    assert schema("SystemStructureDescription.xsd").validate(etree.fromstring(entries["SystemStructure.ssd"]))
+    for entry in [e for e in entries if e.endswith(".ssv")]:
+        assert schema("SystemStructureParameterValues.xsd").validate(etree.fromstring(entries[entry]))
+        assert read_ssv(str(archives[name]), entry).name == "nominal"
+    description = read_ssd(str(archives[name]))
+    assert [element.name for element in description.system.elements] == ["passive_arm", "adaptive_pd", "rov_plant"]
+    assert validate_fmu(str(archives[name])) == []
+
+
+def test_the_structure_keeps_to_what_other_readers_need(archives):
+    text = archive.read(archives["station_keeping"])["SystemStructure.ssd"].decode()
+    root = etree.fromstring(text.encode())
+    for prefix in ("ssd:System ", "ssc:Real", "ssd:Connection "):
+        assert f"<{prefix}" in text
+    for connector in root.iterfind(".//ssd:Connector", NS):
+        (typed,) = connector
+        if etree.QName(typed).localname == "Real":
+            assert typed.get("unit")
+    connected = {(c.get("endElement"), c.get("endConnector")) for c in root.iterfind(".//ssd:Connection", NS)}
+    for component in root.iterfind(".//ssd:Component", NS):
+        inputs = {c.get("name") for c in component.iterfind(".//ssd:Connector", NS) if c.get("kind") == "input"}
+        assert inputs == {name for element, name in connected if element == component.get("name")}
+    assert root.find(".//osp:FixedStepAlgorithm", NS).get("baseStepSize") == "0.03"
+    assert root.find(".//oms:FixedStepMaster", NS).get("stepSize") == "0.03"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_written_is_read_back(archives, fmus, name):
+    declared = wire(SYSTEMS[name], fmus)
+    with ssp_reader.opened(archives[name]) as wiring:
+        assert wiring.links == declared.links
+        assert [e.start_values for e in wiring.elements] == [dict(e.start_values) for e in declared.elements]
+        assert (wiring.name, wiring.start_time, wiring.stop_time, wiring.step_size) == (
+            name,
+            0.0,
+            SYSTEMS[name].stop_time,
+            0.03,
+        )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_stop_time_suits_the_interval_at_which_fmpy_records(name):
+    interval = SYSTEMS[name].step_size
+    while SYSTEMS[name].stop_time / interval > 1000:  # as fmpy.simulate_fmu chooses it
+        interval *= 2
+    assert SYSTEMS[name].stop_time / interval == pytest.approx(round(SYSTEMS[name].stop_time / interval))
+
+
+def test_archives_are_reproducible_and_plain_ones_hold_ssp_content_alone(archives, fmus, tmp_path):
+    wiring = wire(SYSTEMS["station_keeping"], fmus)
+    again, plain = tmp_path / "station_keeping.ssp", tmp_path / "plain.ssp"
+    assert ssp_writer.write(wiring, again)
+    assert again.read_bytes() == archives["station_keeping"].read_bytes()
+    assert ssp_writer.write(wiring, plain, plain=True)
+    assert all(name == "SystemStructure.ssd" or name.startswith("resources/") for name in archive.read(plain))
+    assert not any("container" in name for name in archive.read(plain))
+
+
+def test_the_container_reads_each_initial_value_after_what_it_follows_from(fmus):
+    wiring = wire(SYSTEMS["station_keeping"], fmus)
+    order = [f"{link.source.element}>{link.target.element}" for link in container.sources_first(wiring)]
+    assert sorted(order) == sorted(f"{link.source.element}>{link.target.element}" for link in wiring.links)
+    first = {pair: order.index(pair) for pair in order}
+    last = {pair: len(order) - 1 - order[::-1].index(pair) for pair in order}
+    assert last["rov_plant>passive_arm"] < first["passive_arm>adaptive_pd"]
+    assert last["passive_arm>adaptive_pd"] < first["adaptive_pd>rov_plant"]
+
+
+def test_a_loop_of_initial_values_is_told(plain_gain):
+    loop = System("loop", "", {"a": "g", "b": "g"}, (("a.y", "b.u"), ("b.y", "a.u")), 1.0)
+    wiring = wire(loop, {"g": plain_gain})
+    for element in wiring.elements:  # pythonfmu declares none; one without dependencies follows every input
+        element.description.initialUnknowns = [Unknown(variable=element.variables["y"])]
+    with pytest.raises(WiringError, match=r"depend on each other in a loop: .*a\.y"):
+        container.sources_first(wiring)
+
+
+def changed(archives, tmp_path, **edits):
+    """Return a copy of an archive with some entries edited: a function of bytes, new bytes, or None to leave it out."""
+    entries = archive.read(archives["station_keeping"])
+    for name, edit in edits.items():
+        name = name.replace("__", "/").replace("_DOT_", ".")
+        if edit is None:
+            del entries[name]
+        else:
+            entries[name] = edit(entries[name]) if callable(edit) else edit
+    path = tmp_path / "changed.ssp"
+    archive.write(path, entries)
+    return path
+
+
+def swap(*pairs):
+    def edit(content):
+        for old, new in pairs:
+            assert old.encode() in content
+            content = content.replace(old.encode(), new.encode(), 1)
+        return content
+
+    return edit
+
+
+def problems(path):
+    with pytest.raises(WiringError) as caught, ssp_reader.opened(path):
+        pass
+    assert all(str(path) in line for line in str(caught.value).splitlines())
+    return caught.value.problems
+
+
+SSD = "SystemStructure_DOT_ssd"
+BREAKS = {
+    "no structure": ({SSD: None}, ["The archive has no SystemStructure.ssd."]),
+    "not XML": ({SSD: b"<ssd:System"}, ["SystemStructure.ssd is not well-formed XML"]),
+    "unknown element": ({SSD: swap(("<ssd:Elements>", "<ssd:Elements><ssd:Gadget/>"))}, ["Gadget"]),
+    "transformation": (
+        {SSD: swap(("endConnector=\"eta.x\"/>", 'endConnector="eta.x"><ssc:LinearTransformation factor="2"/></ssd:Connection>'))},
+        ["LinearTransformation is not supported"],
+    ),
+    "missing FMU": ({"resources__rov_plant_DOT_fmu": None}, ["rov_plant: the archive has no FMU resources/rov_plant.fmu."]),
+    "FMU is no archive": ({"resources__rov_plant_DOT_fmu": b"no zip"}, ["rov_plant: resources/rov_plant.fmu is not a readable FMU"]),
+    "path that leaves the archive": ({SSD: swap(("resources/rov_plant.fmu", "../../rov_plant.fmu"))}, ["has no FMU ../../rov_plant.fmu"]),
+    "unknown connector": (
+        {SSD: swap(('startConnector="eta.x"', 'startConnector="eta.xx"'))},
+        ["Connection rov_plant.eta.xx -> passive_arm.eta.x:", "no variable eta.xx. Did you mean eta.x"],
+    ),
+    "two sources": (
+        {SSD: swap(('endConnector="eta.y"', 'endConnector="eta.x"'))},
+        ["Input passive_arm.eta.x has two sources, rov_plant.eta.x and rov_plant.eta.y: remove one connection."],
+    ),
+    "unit mismatch": (
+        {SSD: swap(('startConnector="eta.x"', 'startConnector="eta.psi"'))},
+        ["Connection rov_plant.eta.psi -> passive_arm.eta.x: unit rad does not match m"],
+    ),
+    "type mismatch": (
+        {SSD: swap(('startConnector="eta_m_valid"', 'startConnector="eta_m.x"'))},
+        ["type Real does not match Boolean"],
+    ),
+    "kind mismatch": (
+        {SSD: swap(('name="eta.x" kind="input"', 'name="eta.x" kind="output"'))},
+        ["Connector passive_arm.eta.x: kind output does not match causality input."],
+    ),
+    "connector unit": (
+        {SSD: swap(('<ssc:Real unit="m"/>', '<ssc:Real unit="rad"/>'))},
+        ["unit rad does not match m"],
+    ),
+    "unknown parameter and bad value": (
+        {"resources__rov_plant_DOT_ssv": swap(('name="dB"', 'name="dBB"'), ('name="F_C.x">', 'name="F_C.x"> '), ('value="2.5"', 'value="NaN"'))},
+        ["There is no parameter rov_plant.dBB. Did you mean dB", "Parameter rov_plant.F_C.x: expected a finite number, got 'NaN'"],
+    ),
+    "missing parameter set": ({"resources__rov_plant_DOT_ssv": None}, ["The archive has no resources/rov_plant.ssv."]),
+    "external signal": (
+        {SSD: swap(('startElement="rov_plant" startConnector="eta.x"', 'startConnector="eta.x"'))},
+        ["Connection eta.x -> passive_arm.eta.x wants an external signal"],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BREAKS)
+def test_a_broken_archive_is_refused_with_every_reason(archives, tmp_path, case):
+    edits, expected = BREAKS[case]
+    told = problems(changed(archives, tmp_path, **edits))
+    for sentence in expected:
+        assert any(sentence in problem for problem in told), told
+
+
+def test_all_problems_of_several_files_are_told_at_once(archives, tmp_path):
+    edits = {SSD: swap(('name="eta.x" kind="input"', 'name="eta.x" kind="output"')), "resources__rov_plant_DOT_fmu": b"no zip"}
+    told = problems(changed(archives, tmp_path, **edits))
+    assert len(told) == 2
+
+
+def test_what_is_no_archive_is_told(tmp_path):
+    assert "There is no such archive" in problems(tmp_path / "none.ssp")[0]
+    (tmp_path / "text.ssp").write_text("hello")
+    assert "not a readable SSP archive" in problems(tmp_path / "text.ssp")[0]
+
+
+def test_parameters_bound_inline_and_at_the_system_are_read(archives, tmp_path):
+    inline = (
+        '<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version="1.0" name="x">'
+        '<ssv:Parameters><ssv:Parameter name="adaptive_pd.alpha"><ssv:Real value="3"/></ssv:Parameter>'
+        '<ssv:Parameter name="rov_plant.dB"><ssv:Real value="4"/></ssv:Parameter></ssv:Parameters>'
+        "</ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings><ssd:Elements>"
+    )
+    path = changed(archives, tmp_path, **{SSD: swap(("<ssd:Elements>", inline))})
+    with ssp_reader.opened(path) as wiring:
+        assert wiring.value("adaptive_pd.alpha") == 3.0
+        assert wiring.value("rov_plant.dB") == 4.0  # the outer level wins, as the standard says
+
+
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        ({"adaptive_pd.K_P.xx": "1"}, r"There is no variable adaptive_pd\.K_P\.xx\. Did you mean adaptive_pd\.K_P\.x"),
+        ({"K_P.x": "1"}, r"There is no variable K_P\.x"),
+        ({"adaptive_pd.K_P.x": "many"}, r"adaptive_pd\.K_P\.x: expected a number, got 'many'"),
+        ({"adaptive_pd.adaptation": "2"}, "expected true or false, got '2'"),
+        ({"passive_arm.seed": "1.5"}, "expected a whole number, got '1.5'"),
+        ({"rov_plant.mass": "nan"}, "expected a finite number"),
+        ({"rov_plant.eta.x": "1"}, "is of causality output: only inputs and parameters can be set"),
+        ({"rov_plant.u[1]": "1"}, "is connected: its value comes from another element"),
+    ],
+)
+def test_start_values_that_cannot_be_are_refused(fmus, values, reason):
+    with pytest.raises(WiringError, match=reason):
+        wire(SYSTEMS["station_keeping"], fmus).with_values(values)
+
+
+def test_declarations_that_cannot_be_are_refused_with_every_reason(fmus):
+    wrong = replace(
+        SYSTEMS["station_keeping"],
+        connections=(("rov_plant.eta", "adaptive_pd.nu_m"), ("rov_plant.nu", "passive_arm.eta")),
+        parameters={"adaptive_pd": {"K_Q.x": 1.0}, "ghost": {"a": 1.0}},
+    )
+    with pytest.raises(WiringError) as caught:
+        wire(wrong, fmus)
+    assert len(caught.value.problems) == 4
+
+
+def test_every_declared_force_and_gain_is_a_number(fmus):
+    for system in SYSTEMS.values():
+        for element, values in system.parameters.items():
+            assert all(np.isfinite(value) for value in values.values()), (system.name, element)
