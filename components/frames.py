@@ -11,6 +11,9 @@ import numpy as np
 GIMBAL_MARGIN = 0.01
 """Distance in rad from |theta| = pi/2 within which an attitude counts as singular."""
 
+SINGULAR = 1e-9
+"""Cosine of theta below which phi and psi of a rotation cannot be told apart."""
+
 
 def skew(a: Any) -> Any:
     """Return S(a), shape (3, 3), with S(a) b = a x b (Fossen 1994, definition 2.2)."""
@@ -37,10 +40,14 @@ def rotation(angles: Any) -> Any:
 
 
 def euler_angles(R: Any) -> Any:
-    """Return [phi theta psi] in rad, shape (3,), of a rotation R, shape (3, 3): the inverse of `rotation`."""
-    return np.stack(
-        [np.arctan2(R[2, 1], R[2, 2]), -np.arcsin(np.clip(R[2, 0], -1.0, 1.0)), np.arctan2(R[1, 0], R[0, 0])]
-    )
+    """Return [phi theta psi] in rad, shape (3,), of a rotation R, shape (3, 3): the inverse of `rotation`.
+
+    At |theta| = pi/2 only the sum or difference of phi and psi is defined; phi is then zero.
+    """
+    singular = R[0, 0] ** 2 + R[1, 0] ** 2 < SINGULAR**2
+    phi = np.where(singular, 0.0, np.arctan2(R[2, 1], R[2, 2]))
+    psi = np.where(singular, np.arctan2(-R[0, 1], R[1, 1]), np.arctan2(R[1, 0], R[0, 0]))
+    return np.stack([phi, -np.arcsin(np.clip(R[2, 0], -1.0, 1.0)), psi])
 
 
 def jacobian(eta: Any) -> Any:

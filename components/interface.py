@@ -25,6 +25,9 @@ WRENCH_UNITS = ("N", "N", "N", "N.m", "N.m", "N.m")
 
 Type = Literal["Real", "Integer", "Boolean"]
 
+SAMPLE_TIME = 0.03
+"""Sample time of Hoang & Kreuzer 2007 in s, and so the communication step of the systems."""
+
 
 def count(n: int) -> tuple[str, ...]:
     """Return the labels 1..n of an array's elements."""
@@ -46,7 +49,7 @@ class Signal:
     minimum, maximum : the closed range of legal values, broadcast to the shape.
     type : FMI type of the elements.
     tunable : whether a parameter may change during a run.
-    initially_from : keys of the inputs on which an output depends in Initialization Mode.
+    initially_from : keys of the inputs and parameters on which an output depends in Initialization Mode.
     """
 
     key: str

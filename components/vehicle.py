@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .frames import rotation, skew
-from .interface import XYZ, Signal, count, vector
+from .interface import XYZ, Requirement, Signal, count, vector
 
 N_THRUSTERS = 8
 THRUSTERS = count(N_THRUSTERS)
@@ -141,4 +141,8 @@ THRUSTER_PARAMETERS = (
         tunable=True,
     ),
     Signal("thrust_max", "Largest force of a thruster either way; 0: no limit", unit="N", start=0.0, minimum=0.0),
+)
+UNIT_DIRECTIONS = Requirement(
+    lambda p: 1e-6 - direction_error(p.thruster_d),
+    "A thruster direction is not of unit length: normalise thruster[i].d.x/y/z.",
 )

@@ -19,11 +19,11 @@ from fmpy.model_description import (
     write_model_description,
 )
 
-from ..components.interface import Component, Sampled, Signal
+from ..components.interface import SAMPLE_TIME, Component, Sampled, Signal
 from .archive import RELEASED
 
 STOP_TIME = 60.0
-STEP_SIZE = 0.03
+"""End in s of the default experiment."""
 
 LOG_CATEGORIES = {
     "logStatusWarning": "Something that the user should know, for example a detached arm",
@@ -66,16 +66,20 @@ def describe(component: Component) -> ModelDescription:
             scalars = _scalars(signal, causality, len(variables), isinstance(component, Sampled))
             variables += scalars
             of_signal[f"{causality} {signal.key}"] = scalars
-    parameters = [v for v in variables if v.causality == "parameter"]
     outputs, initial_unknowns = [], []
     for signal in component.outputs:
-        known = [v for key in signal.initially_from for v in of_signal[f"input {key}"]]
+        known = [
+            variable
+            for key in signal.initially_from
+            for causality in ("input", "parameter")
+            for variable in of_signal.get(f"{causality} {key}", ())
+        ]
         for variable in of_signal[f"output {signal.key}"]:
             # doStep holds its inputs from its start, so no output follows an input of the same instant.
             outputs.append(Unknown(variable=variable, dependencies=[], dependenciesKind=[]))
-            initial_unknowns.append(Unknown(variable=variable, dependencies=known + parameters))
-    for unknown in initial_unknowns:
-        unknown.dependenciesKind = ["dependent"] * len(unknown.dependencies)
+            initial_unknowns.append(
+                Unknown(variable=variable, dependencies=known, dependenciesKind=["dependent"] * len(known))
+            )
     description = ModelDescription(
         fmiVersion="2.0",
         modelName=component.name,
@@ -88,7 +92,7 @@ def describe(component: Component) -> ModelDescription:
         generationDateAndTime="{:04d}-{:02d}-{:02d}T00:00:00Z".format(*RELEASED),
         variableNamingConvention="structured",
         logCategories=[Category(name, text) for name, text in LOG_CATEGORIES.items()],
-        defaultExperiment=DefaultExperiment(startTime=0.0, stopTime=STOP_TIME, stepSize=STEP_SIZE),
+        defaultExperiment=DefaultExperiment(startTime=0.0, stopTime=STOP_TIME, stepSize=SAMPLE_TIME),
         coSimulation=CoSimulation(
             modelIdentifier=component.name,
             canHandleVariableCommunicationStepSize=True,

@@ -20,6 +20,11 @@ held: list[dict[str, Any]] = []
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 
+def _complaint(error: Exception) -> ComponentError:
+    """Return the error for the FMU's log; one that no check foresaw keeps its type."""
+    return error if isinstance(error, ComponentError) else ComponentError(repr(error))
+
+
 def _reported(method: Method) -> Method:
     """Let an error leave a method only so that the FMU survives it.
 
@@ -34,7 +39,7 @@ def _reported(method: Method) -> Method:
         except Exception as error:
             for held in (type(self), self, self.log_queue):
                 ctypes.pythonapi.Py_IncRef(ctypes.py_object(held))
-            raise self.complaint(error) from None
+            raise _complaint(error) from None
 
     return cast(Method, guarded)
 
@@ -65,17 +70,17 @@ class ComponentSlave(Fmi2Slave):
         groups = (self.component.inputs, self.component.outputs, self.component.parameters)
         self._types = [signal.type for group in groups for signal in group for _ in signal.names]
 
-    def complaint(self, error: Exception) -> ComponentError:
-        """Return the error with the component's name in front; an unforeseen one keeps its type."""
-        text = str(error) if isinstance(error, ComponentError) else repr(error)
-        return ComponentError(f"{self.component.name}: {text}")
-
     @_reported
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
-        """Take the start time; pythonfmu calls this as Initialization Mode is entered."""
-        self._instance.enter_initialization(start_time)
+        """Take the start time."""
+        self._instance.set_start_time(start_time)
+
+    @_reported
+    def enter_initialization_mode(self) -> None:
+        """Begin the initialization."""
+        self._instance.enter_initialization()
 
     @_reported
     def exit_initialization_mode(self) -> None:
@@ -87,9 +92,14 @@ class ComponentSlave(Fmi2Slave):
         try:
             self._instance.do_step(current_time, step_size)
         except Exception as error:
-            self.log(str(self.complaint(error)), Fmi2Status.error)
+            self.log(str(_complaint(error)), Fmi2Status.error)
             return False
         return True
+
+    @_reported
+    def terminate(self) -> None:
+        """End the run."""
+        self._instance.terminate()
 
     @_reported
     def get_real(self, vrs: list[int]) -> list[float]:

@@ -38,13 +38,13 @@ class Force:
     true: float
 
 
-def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
-    """Return the pose less the set-point, shape (rows, 6), the angles wrapped.
+def assessable(results: NDArray[Any]) -> bool:
+    """Tell whether results hold the pose ``eta`` of a vehicle ``rov_plant``."""
+    return {f"rov_plant.eta.{axis}" for axis in POSE} <= set(results.dtype.names or ())
 
-    Raises
-    ------
-    KeyError : the system has no vehicle ``rov_plant`` with a pose ``eta``.
-    """
+
+def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
+    """Return the pose less the set-point, shape (rows, 6), the angles wrapped, of results that are `assessable`."""
     eta = np.stack([results[f"rov_plant.eta.{axis}"] for axis in POSE])
     set_point = _values(wiring, "adaptive_pd.eta_d", POSE)
     error: NDArray[np.float64] = pose_difference(
@@ -77,16 +77,19 @@ def axes(results: NDArray[Any], wiring: Wiring) -> list[Axis]:
 
 def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
     """Return the estimated and the true disturbance wrench at the end; none if the system does not tell both."""
+    # The vehicle has no output for it: the truth is told from the parameters of `rov_plant` and what feeds F_arm.
     theta = _values(wiring, "rov_plant", THETA)
     points = [_values(wiring, f"rov_plant.{point}", XYZ) for point in ("r_B", "r_C", "r_A")]
     names = results.dtype.names or ()
     if theta is None or any(point is None for point in points) or "adaptive_pd.disturbance.X" not in names:
         return []
     eta = np.array([results[f"rov_plant.eta.{axis}"][-1] for axis in POSE])
-    true = disturbance_map(eta, *points) @ theta
-    if "passive_arm.F_arm.x" in names:
-        pull = np.array([results[f"passive_arm.F_arm.{axis}"][-1] for axis in XYZ])
-        true = true + wrench(points[2], rotation(eta[3:6]).T @ pull)
+    sources = [wiring.source(f"rov_plant.F_arm.{axis}") for axis in XYZ]
+    pull = [
+        results[str(source)][-1] if source else wiring.value(f"rov_plant.F_arm.{axis}") or 0.0
+        for source, axis in zip(sources, XYZ, strict=True)
+    ]
+    true = disturbance_map(eta, *points) @ theta + wrench(points[2], rotation(eta[3:6]).T @ np.array(pull))
     # In the four-DOF form roll and pitch are not adapted, so their estimates mean nothing.
     estimated = WRENCH if wiring.value("adaptive_pd.control_roll_pitch") else ("X", "Y", "Z", "N")
     return [

@@ -7,11 +7,12 @@ import click
 
 from . import benchmark as benchmarking
 from . import session
+from .assessment import assessable
 from .catalogue import SYSTEMS
 from .declaration import System
 from .master import COUPLINGS, SimulationError, simulate
-from .plots import plot_comparison
-from .wiring import suggestion
+from .plots import Run, plot_comparison
+from .wiring import WiringError, suggestion
 
 
 class _Command(click.Group):
@@ -20,7 +21,7 @@ class _Command(click.Group):
     def invoke(self, context: click.Context) -> Any:
         try:
             return super().invoke(context)
-        except (ValueError, SimulationError, OSError) as error:
+        except (WiringError, SimulationError, OSError) as error:
             raise click.ClickException(str(error)) from error
 
 
@@ -47,6 +48,12 @@ def _values(context: click.Context, parameter: click.Parameter, assignments: tup
             raise click.BadParameter(f"expected ELEMENT.VARIABLE=VALUE, got {assignment!r}")
         values[name.strip()] = value
     return values
+
+
+def _png(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
+    if path is not None and path.suffix != ".png":
+        raise click.BadParameter(f"expected a name that ends in .png, got {path}")
+    return path
 
 
 _coupling = click.option(
@@ -102,7 +109,7 @@ def run(
 @_coupling
 @_stop_time
 @_set
-@click.option("--output", type=click.Path(dir_okay=False, path_type=Path), help="The PNG.")
+@click.option("--output", type=click.Path(dir_okay=False, path_type=Path), callback=_png, help="The PNG.")
 def compare(
     systems: tuple[System | Path, ...],
     coupling: str,
@@ -111,12 +118,16 @@ def compare(
     output: Path | None,
 ) -> None:
     """Run several SYSTEMS and draw their errors into one figure."""
-    runs = {}
+    runs: dict[str, Run] = {}
     for system in systems:
+        label = system.name if isinstance(system, System) else str(system)
         with session.opened(system) as wiring:
             wiring = wiring.with_values(values)
-            runs[wiring.name] = (simulate(wiring, COUPLINGS[coupling], stop_time), wiring)
-    path = output or session.results_folder() / f"{'-'.join(runs)}.png"
+            results = simulate(wiring, COUPLINGS[coupling], stop_time, warn=session.warn)
+        if not assessable(results):
+            raise click.UsageError(f"{label} has no vehicle rov_plant with a pose eta: there is nothing to compare.")
+        runs[label] = (results, wiring)
+    path = output or session.results_folder() / f"{'-'.join(Path(label).stem for label in runs)}.png"
     plot_comparison(runs, path)
     click.echo(path)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from fmpy import read_model_description
 
+from ..components.interface import SAMPLE_TIME
 from .wiring import Element, End, Link, Value, Wiring, WiringError
 
 
@@ -30,7 +31,7 @@ class System:
     connections: tuple[tuple[str, str], ...]
     stop_time: float
     parameters: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
-    step_size: float = 0.03
+    step_size: float = SAMPLE_TIME
 
 
 def wire(system: System, fmus: Mapping[str, Path]) -> Wiring:

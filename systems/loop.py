@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from rov_cosim.exporters.model_description import STOP_TIME
 from rov_cosim.systems.declaration import System
 from rov_cosim.systems.wiring import Value
 
@@ -17,7 +18,7 @@ CONNECTIONS = (
 
 
 def station_keeping_loop(
-    name: str, description: str, parameters: Mapping[str, Mapping[str, Value]], stop_time: float = 60.0
+    name: str, description: str, parameters: Mapping[str, Mapping[str, Value]], stop_time: float = STOP_TIME
 ) -> System:
     """Return the system of arm, controller and vehicle, stepped in this order by a sequential master."""
     return System(

@@ -4,6 +4,7 @@ import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from ctypes import POINTER, c_double, c_int, c_uint32, cast
+from dataclasses import replace
 from threading import current_thread, main_thread
 from typing import Any
 
@@ -22,10 +23,13 @@ from fmpy.fmi2 import (
 from fmpy.model_description import ModelVariable
 from numpy.typing import NDArray
 
-from .wiring import Element, Link, Wiring
+from .wiring import Element, Link, Wiring, WiringError
 
 _CTYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 _DTYPES: dict[str, type] = {"Real": np.float64, "Integer": np.int32, "Boolean": np.bool_}
+
+PASSES = 100
+"""Passes over the links, beyond one for each, in which initial values that follow each other must settle."""
 
 Progress = Callable[[Iterable[int]], Iterable[int]]
 
@@ -119,7 +123,7 @@ class Loop:
     """The slaves of a system in order, and the copies that carry outputs to inputs."""
 
     def __init__(self, slaves: list[Slave], links: tuple[Link, ...]) -> None:
-        self.slaves = slaves
+        self.slaves, self.n_links = slaves, len(links)
         by_name = {slave.element.name: slave for slave in slaves}
         grouped: dict[tuple[str, str, str], list[tuple[int, int]]] = {}
         for source, target in links:
@@ -139,16 +143,18 @@ class Loop:
             target[to] = source[from_]
         slave.write()
 
-    def propagate(self) -> None:
-        """Hand initial outputs on until no value changes any more."""
-        for _ in range(len(self.slaves) + 1):
-            before = self.values()
+    def propagate(self) -> bool:
+        """Hand initial outputs on until no value changes any more; tell whether that came to pass."""
+        before = None
+        for _ in range(PASSES + self.n_links):
             for slave in self.slaves:
                 slave.read()
             for slave in self.slaves:
                 self.feed(slave)
-            if np.array_equal(before, self.values(), equal_nan=True):
-                return
+            if before is not None and np.array_equal(before, self.values(), equal_nan=True):
+                return True
+            before = self.values()
+        return False
 
     def values(self) -> NDArray[np.float64]:
         """Return all outputs last read, in the order of the results' columns."""
@@ -204,13 +210,12 @@ def simulate(
     Raises
     ------
     SimulationError : an FMU failed, or the run was interrupted; it holds the results so far.
-    ValueError : the stop time is not after the start time.
+    WiringError : the system cannot run, or not to this stop time.
     """
-    stop_time = wiring.stop_time if stop_time is None else stop_time
-    if not wiring.start_time < stop_time < np.inf:
-        raise ValueError(f"The stop time is {stop_time} s; expected a time after the start at {wiring.start_time} s.")
-    span = stop_time - wiring.start_time
-    n_steps = max(0, int(np.floor(span / wiring.step_size * (1 + 1e-9))))
+    wiring = wiring if stop_time is None else replace(wiring, stop_time=stop_time)
+    if problems := wiring.problems():
+        raise WiringError(wiring.name, problems)
+    n_steps = int(np.floor((wiring.stop_time - wiring.start_time) / wiring.step_size * (1 + 1e-9)))
     rows = np.empty((n_steps + 1, 0))
     done = 0
     fields: list[tuple[str, type]] = []
@@ -229,10 +234,10 @@ def simulate(
             _initialize(loop, wiring.start_time)
             rows[0], done = loop.values(), 1
             for n in progress(range(n_steps)):
-                coupling(loop, wiring.start_time + n * wiring.step_size, wiring.step_size)
-                rows[n + 1], done = loop.values(), n + 2
                 if interrupted:
                     raise KeyboardInterrupt
+                coupling(loop, wiring.start_time + n * wiring.step_size, wiring.step_size)
+                rows[n + 1], done = loop.values(), n + 2
             for slave in slaves:
                 slave.fmu.terminate()
         except FMICallException as error:
@@ -247,7 +252,8 @@ def _initialize(loop: Loop, start_time: float) -> None:
     for slave in loop.slaves:
         slave.fmu.setupExperiment(startTime=start_time)
         slave.fmu.enterInitializationMode()
-    loop.propagate()
+    if not loop.propagate():
+        raise SimulationError("The initial values do not settle: they depend on each other in a loop.", np.empty(0))
     for slave in loop.slaves:
         slave.fmu.exitInitializationMode()
     for slave in loop.slaves:
@@ -270,12 +276,20 @@ def _instantiated(wiring: Wiring, warn: Callable[[str], None]) -> Iterator[list[
 
 @contextmanager
 def _deferred_interrupt() -> Iterator[list[int]]:
-    """Yield a list that Ctrl-C fills: raised within a step, it would break an FMU that runs Python."""
+    """Yield a list that Ctrl-C fills: raised within a step, it would break an FMU that runs Python.
+
+    A second Ctrl-C is not held back, for the user whose step does not end.
+    """
     received: list[int] = []
     if current_thread() is not main_thread():
         yield received  # signals go to the main thread
         return
-    before = signal.signal(signal.SIGINT, lambda number, frame: received.append(number))
+
+    def receive(number: int, frame: object) -> None:
+        received.append(number)
+        signal.signal(signal.SIGINT, before)
+
+    before = signal.signal(signal.SIGINT, receive)
     try:
         yield received
     finally:
@@ -284,7 +298,7 @@ def _deferred_interrupt() -> Iterator[list[int]]:
 
 def _explain(slaves: list[Slave], error: FMICallException) -> str:
     """Return what the failing FMU logged, and the call that failed."""
-    messages = [f"{slave.element.name}: {text}" for slave in slaves for text in slave.errors]
+    messages = [f"{slave.element.name}: {text}" for slave in slaves for text in dict.fromkeys(slave.errors)]
     return " ".join([*messages, f"({error})"]) if messages else str(error)
 
 

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+from ..components.interface import POSE
 from .assessment import AXES, errors
 from .wiring import Wiring
 
 Run = tuple[NDArray[Any], Wiring]
 
 _LABELS = {"x": "x error [m]", "y": "y error [m]", "z": "z error [m]", "psi": "yaw error [rad]"}
-_COLUMNS = {"x": 0, "y": 1, "z": 2, "psi": 5}
 
 
 def plot_run(run: Run, path: Path) -> None:
@@ -52,7 +52,7 @@ def plot_comparison(runs: Mapping[str, Run], path: Path) -> None:
 def _plot_errors(panels: Any, runs: Mapping[str, Run]) -> None:
     for panel, name in zip(panels, AXES, strict=True):
         for label, (results, wiring) in runs.items():
-            panel.plot(results["time"], errors(results, wiring)[:, _COLUMNS[name]], linewidth=1.2, label=label)
+            panel.plot(results["time"], errors(results, wiring)[:, POSE.index(name)], linewidth=1.2, label=label)
         panel.axhline(0.0, color="black", linewidth=0.6)
         _finish(panel, _LABELS[name])
 

@@ -1,5 +1,6 @@
 """From a declaration to results on disk: build what changed, run, write CSV, plot and table."""
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,7 +13,7 @@ from tqdm import tqdm
 
 from ..exporters.build import build_fmus, components, fmu_path
 from . import ssp_reader, ssp_writer
-from .assessment import report
+from .assessment import assessable, report
 from .declaration import System, wire
 from .master import Coupling, SimulationError, jacobi, simulate
 from .plots import plot_run
@@ -77,18 +78,19 @@ def run(
     SimulationError : an FMU failed or the run was interrupted; the results so far are in the CSV.
     """
     folder = folder or results_folder()
+    folder.mkdir(parents=True, exist_ok=True)
     with opened(system) as wiring:
         wiring = wiring.with_values(values or {})
-        csv = folder / f"{wiring.name}.csv"
+        csv = folder / f"{re.sub(r'[^A-Za-z0-9_-]', '_', wiring.name)}.csv"
         try:
-            results = simulate(wiring, coupling, stop_time, progress=_progress, warn=_warn)
+            results = simulate(wiring, coupling, stop_time, progress=_progress, warn=warn)
         except SimulationError as error:
             if len(error.results):
-                _write(error.results, csv)
+                write_csv(csv, error.results)
                 raise SimulationError(f"{error} The results so far are in {csv}.", error.results) from error
             raise
-    _write(results, csv)
-    if "rov_plant.eta.x" in (results.dtype.names or ()):
+    write_csv(csv, results)
+    if assessable(results):
         plot_run((results, wiring), csv.with_suffix(".png"))
         click.echo(report(results, wiring))
         click.echo(f"\n{csv}\n{csv.with_suffix('.png')}")
@@ -97,14 +99,10 @@ def run(
     return results, wiring
 
 
-def _write(results: NDArray[Any], path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_csv(path, results)
-
-
 def _progress(steps: Any) -> Any:
     return tqdm(steps, unit="step", leave=False, delay=1.0, disable=None)
 
 
-def _warn(message: str) -> None:
+def warn(message: str) -> None:
+    """Show a warning of an FMU."""
     click.echo(f"warning: {message}", err=True)

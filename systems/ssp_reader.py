@@ -1,20 +1,33 @@
 """Strict reading of flat SSP 1.0 archives: everything that is wrong with one is told at once."""
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib.resources import files
 from pathlib import Path
+from typing import NamedTuple
 from zipfile import BadZipFile, ZipFile
 
 from fmpy import read_model_description
 from lxml import etree
 
+from ..components.interface import SAMPLE_TIME
 from .ssp_writer import NAMESPACES
-from .wiring import Element, End, Link, Value, Wiring, WiringError, parse, same_unit, suggestion
-
-STEP_SIZE = 0.03
-"""Communication step in s of an archive that names none."""
+from .wiring import (
+    BASE_UNITS,
+    TYPES,
+    Base,
+    Element,
+    End,
+    Link,
+    Value,
+    Wiring,
+    WiringError,
+    parse,
+    same_unit,
+    suggestion,
+    units_of,
+)
 
 _STANDARD = {prefix: NAMESPACES[prefix] for prefix in ("ssd", "ssc", "ssv")}
 _READ = {
@@ -33,8 +46,8 @@ _READ = {
         "Units",
         "DefaultExperiment",
     },
-    "ssc": {"Unit", "BaseUnit", "Real", "Integer", "Boolean"},
-    "ssv": {"ParameterSet", "Parameters", "Parameter", "Real", "Integer", "Boolean", "Units"},
+    "ssc": {"Unit", "BaseUnit", *TYPES},
+    "ssv": {"ParameterSet", "Parameters", "Parameter", "Units", *TYPES},
 }
 _IGNORED = {
     "Annotations",
@@ -43,6 +56,13 @@ _IGNORED = {
     "ConnectionGeometry",
     "SystemGeometry",
     "GraphicalElements",
+}
+# Attributes that change the meaning, with the values that this reader honours.
+_HONOURED = {
+    ("ParameterBinding", "sourceBase"): ("SSD",),
+    ("ParameterBinding", "type"): ("application/x-ssp-parameter-set",),
+    ("Component", "type"): ("application/x-fmu-sharedlibrary",),
+    ("Component", "implementation"): ("any", "CoSimulation"),
 }
 
 
@@ -56,18 +76,27 @@ def opened(path: Path) -> Iterator[Wiring]:
         FMU, connectors that do not match, units or types that differ, unknown parameters.
     """
     with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
+        if not folder.isascii() or any(character in folder for character in "#%"):
+            problem = f"The temporary folder {folder} has a name that pythonfmu cannot load from (not ASCII, # or %)"
+            raise WiringError(str(path), [f"{problem}: set TMPDIR to another."])
         try:
             with ZipFile(path) as archive:
                 archive.extractall(folder)
         except FileNotFoundError:
-            raise WiringError(
-                str(path), ["There is no such archive; `rov-cosim build` makes those of this project."]
-            ) from None
+            problem = "There is no such archive; `rov-cosim build` makes those of this project."
+            raise WiringError(str(path), [problem]) from None
         except (BadZipFile, OSError) as error:
-            raise WiringError(
-                str(path), [f"This is not a readable SSP archive ({error}); build or copy it again."]
-            ) from None
+            problem = f"This is not a readable SSP archive ({error}); build or copy it again."
+            raise WiringError(str(path), [problem]) from None
         yield _Reader(Path(folder), str(path)).read()
+
+
+class _Bound(NamedTuple):
+    """A parameter as it stands in a parameter set."""
+
+    parameter_set: etree._Element
+    name: str
+    typed: etree._Element
 
 
 class _Reader:
@@ -76,30 +105,27 @@ class _Reader:
     def __init__(self, root: Path, where: str) -> None:
         self.root, self.where = root, where
         self.problems: list[str] = []
+        self.unreadable: set[str] = set()
 
     def read(self) -> Wiring:
         document = self._parse("SystemStructure.ssd", "SystemStructureDescription.xsd")
         if document is None:
             raise WiringError(self.where, self.problems)
         system = document.find("ssd:System", _STANDARD)
-        components = system.iterfind("ssd:Elements/ssd:Component", _STANDARD)
-        elements = [element for component in components if (element := self._element(component)) is not None]
-        elements = self._system_parameters(system, elements)
-        links = self._links(system)
-        experiment = document.find("ssd:DefaultExperiment", _STANDARD)
-        start, stop = (None, None) if experiment is None else (experiment.get("startTime"), experiment.get("stopTime"))
+        units = _units(document)
+        components = system.findall("ssd:Elements/ssd:Component", _STANDARD)
+        if not components:
+            self.problems.append("SystemStructure.ssd: the system has no component.")
+        elements = [self._element(i, component, units) for i, component in enumerate(components)]
         wiring = Wiring(
             name=document.get("name"),
-            elements=tuple(elements),
-            links=tuple(links),
-            start_time=float(start or 0.0),
-            stop_time=float(stop or 1.0),
+            elements=tuple(self._system_parameters(system, [element for element in elements if element])),
+            links=tuple(self._links(system)),
+            start_time=self._time(document, "startTime", "0"),
+            stop_time=self._time(document, "stopTime", None),
             step_size=self._step_size(document),
         )
-        if not elements:
-            self.problems.append("SystemStructure.ssd: the system has no component.")
-        # An element that could not be read is a problem told already; its connections would only repeat it.
-        self.problems += wiring.problems() if not self.problems else []
+        self.problems += wiring.problems()
         if self.problems:
             raise WiringError(self.where, self.problems)
         return wiring
@@ -114,24 +140,22 @@ class _Reader:
         except etree.XMLSyntaxError as error:
             self.problems.append(f"{name} is not well-formed XML: {error}.")
             return None
-        return root if self._understood(root, name, schema) else None
-
-    def _understood(self, root: etree._Element, name: str, schema: str) -> bool:
         validator = etree.XMLSchema(file=str(files("fmpy.ssp") / "schema" / schema))
         if not validator.validate(root):
             self.problems += [f"{name}, line {entry.line}: {entry.message}" for entry in validator.error_log]
-            return False
+            return None
         unknown = [f"{name}, line {line}: {what} is not supported." for line, what in _unsupported(root)]
         self.problems += unknown
-        return not unknown
+        return None if unknown else root
 
-    def _element(self, component: etree._Element) -> Element | None:
+    def _element(self, i: int, component: etree._Element, units: Mapping[str, Base]) -> Element | None:
         name, source = component.get("name"), component.get("source")
+        self.unreadable.add(name)
         fmu = self.root / source
-        if not fmu.is_relative_to(self.root) or ".." in fmu.parts or not fmu.is_file():
+        if ".." in fmu.parts or not fmu.is_relative_to(self.root) or not fmu.is_file():
             self.problems.append(f"{name}: the archive has no FMU {source}.")
             return None
-        folder = self.root / "extracted" / name
+        folder = self.root / "extracted" / str(i)
         try:
             with ZipFile(fmu) as archive:
                 archive.extractall(folder)
@@ -139,40 +163,50 @@ class _Reader:
         except Exception as error:  # FMPy raises plain exceptions of many types
             self.problems.append(f"{name}: {source} is not a readable FMU: {' '.join(str(error).split())}")
             return None
+        if description.fmiVersion != "2.0" or description.coSimulation is None:
+            self.problems.append(f"{name}: {source} is not an FMU for co-simulation with FMI 2.0.")
+            return None
+        self.unreadable.discard(name)
         element = Element(name, folder, description)
-        self._check_connectors(component, element)
-        values: dict[str, Value] = {}
-        for parameter, unit, value in self._bound(component):
-            self._apply(element, parameter, unit, value, values)
-        return Element(name, folder, description, values)
+        self._check_connectors(component, element, units)
+        return Element(name, folder, description, self._values(self._bound(component), element))
 
-    def _check_connectors(self, component: etree._Element, element: Element) -> None:
+    def _check_connectors(self, component: etree._Element, element: Element, units: Mapping[str, Base]) -> None:
         for connector in component.iterfind("ssd:Connectors/ssd:Connector", _STANDARD):
             name, kind = connector.get("name"), connector.get("kind")
-            variable = element.variables.get(name)
+            where, variable = f"Connector {element.name}.{name}", element.variables.get(name)
             if variable is None:
-                hint = suggestion(name, element.variables)
-                self.problems.append(f"Connector {element.name}.{name}: the FMU has no such variable." + hint)
+                self.problems.append(f"{where}: the FMU has no such variable." + suggestion(name, element.variables))
                 continue
             if kind != variable.causality:
-                self.problems.append(
-                    f"Connector {element.name}.{name}: kind {kind} does not match causality {variable.causality}."
-                )
+                self.problems.append(f"{where}: kind {kind} does not match causality {variable.causality}.")
             for typed in connector:
-                local = etree.QName(typed).localname
-                if local in ("Real", "Integer", "Boolean") and local != variable.type:
-                    self.problems.append(
-                        f"Connector {element.name}.{name}: type {local} does not match {variable.type}."
-                    )
-                elif (
-                    local == "Real" and typed.get("unit") and not _unit_fits(typed.get("unit"), element, variable.unit)
-                ):
-                    self.problems.append(
-                        f"Connector {element.name}.{name}: unit {typed.get('unit')} does not match {variable.unit}."
-                    )
+                type_, unit = etree.QName(typed).localname, typed.get("unit")
+                if type_ in TYPES and type_ != variable.type:
+                    self.problems.append(f"{where}: type {type_} does not match {variable.type}.")
+                elif not same_unit(unit, units, variable.unit, units_of(element.description)):
+                    self.problems.append(f"{where}: unit {unit} does not match {variable.unit}.")
 
-    def _bound(self, owner: etree._Element) -> Iterator[tuple[str, str | None, str]]:
-        """Yield name, unit and literal of the parameters bound to a component or system."""
+    def _values(self, bound: Iterable[_Bound], element: Element) -> dict[str, Value]:
+        """Return the values bound to an element, checked."""
+        values: dict[str, Value] = {}
+        for parameter_set, name, typed in bound:
+            variable = element.variables.get(name)
+            if variable is None:
+                hint = suggestion(name, element.variables, f"{element.name}.")
+                self.problems.append(f"There is no parameter {element.name}.{name}." + hint)
+                continue
+            where, unit = f"Parameter {element.name}.{name}", typed.get("unit")
+            if not same_unit(unit, _units(parameter_set), variable.unit, units_of(element.description)):
+                self.problems.append(f"{where}: unit {unit} does not match {variable.unit}.")
+            try:
+                values[name] = parse(typed.get("value"), variable.type)
+            except ValueError as error:
+                self.problems.append(f"{where}: {error}.")
+        return values
+
+    def _bound(self, owner: etree._Element) -> Iterator[_Bound]:
+        """Yield the parameters bound to a component or system."""
         for binding in owner.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", _STANDARD):
             prefix, source = binding.get("prefix", ""), binding.get("source")
             if source is None:
@@ -181,33 +215,26 @@ class _Reader:
                 parameter_set = self._parse(source, "SystemStructureParameterValues.xsd")
             if parameter_set is None:
                 continue
+            seen: set[str] = set()
             for parameter in parameter_set.iterfind("ssv:Parameters/ssv:Parameter", _STANDARD):
-                typed = parameter[0]
-                yield prefix + parameter.get("name"), typed.get("unit"), typed.get("value")
+                name = prefix + parameter.get("name")
+                if name in seen:
+                    self.problems.append(f"Parameter {name} stands twice in one parameter set: remove one.")
+                seen.add(name)
+                yield _Bound(parameter_set, name, parameter[0])
 
-    def _apply(self, element: Element, name: str, unit: str | None, literal: str, values: dict[str, Value]) -> None:
-        variable = element.variables.get(name)
-        if variable is None:
-            self.problems.append(f"There is no parameter {element.name}.{name}." + suggestion(name, element.variables))
-            return
-        if unit and not _unit_fits(unit, element, variable.unit):
-            self.problems.append(f"Parameter {element.name}.{name}: unit {unit} does not match {variable.unit}.")
-        try:
-            values[name] = parse(literal, variable.type)
-        except ValueError as error:
-            self.problems.append(f"Parameter {element.name}.{name}: {error}.")
-
-    def _system_parameters(self, system: etree._Element, elements: list[Element]) -> list[Element]:
-        """Return the elements with the values bound to the system as ``element.parameter``, which come first."""
-        values: dict[str, dict[str, Value]] = {element.name: dict(element.start_values) for element in elements}
-        by_name = {element.name: element for element in elements}
-        for parameter, unit, value in self._bound(system):
-            name, _, variable = parameter.partition(".")
-            if name in by_name:
-                self._apply(by_name[name], variable, unit, value, values[name])
-            else:
-                self.problems.append(f"Parameter {parameter}: there is no element {name}." + suggestion(name, by_name))
-        return [Element(e.name, e.fmu, e.description, values[e.name]) for e in elements]
+    def _system_parameters(self, system: etree._Element, elements: list[Element]) -> Iterator[Element]:
+        """Yield the elements with the values bound to the system as ``element.parameter``, which come first."""
+        names = {element.name for element in elements} | self.unreadable
+        bound: dict[str, list[_Bound]] = {}
+        for parameter_set, name, typed in self._bound(system):
+            element, _, variable = name.partition(".")
+            bound.setdefault(element, []).append(_Bound(parameter_set, variable, typed))
+            if element not in names:
+                self.problems.append(f"Parameter {name}: there is no element {element}." + suggestion(element, names))
+        for e in elements:
+            values = {**e.start_values, **self._values(bound.get(e.name, ()), e)}
+            yield Element(e.name, e.fmu, e.description, values)
 
     def _links(self, system: etree._Element) -> Iterator[Link]:
         for connection in system.iterfind("ssd:Connections/ssd:Connection", _STANDARD):
@@ -215,26 +242,44 @@ class _Reader:
             start, end = connection.get("startConnector"), connection.get("endConnector")
             if source is None:
                 self.problems.append(
-                    f"Connection {start} -> {target}.{end} wants an external signal; only parameters are fed in."
+                    f"Connection {start} -> {target}.{end} wants an external signal; none can be fed in."
                 )
-            elif target is not None:  # an output that leaves the system is recorded under its element's name
+            # An output that leaves the system is recorded all the same; an unreadable element is told already.
+            elif target is not None and not {source, target} & self.unreadable:
                 yield Link(End(source, start), End(target, end))
 
+    def _time(self, document: etree._Element, attribute: str, default: str | None) -> float:
+        experiment = document.find("ssd:DefaultExperiment", _STANDARD)
+        literal = default if experiment is None else experiment.get(attribute, default)
+        if literal is None:
+            self.problems.append(f"SystemStructure.ssd: the DefaultExperiment has no {attribute}: give it one.")
+            return 1.0
+        return float(literal)
+
     def _step_size(self, document: etree._Element) -> float:
-        """Return the step that the annotations of Open Simulation Platform or OpenModelica name."""
+        """Return the step that the annotations of Open Simulation Platform or OpenModelica name, or the paper's."""
         for path, attribute in ((".//osp:FixedStepAlgorithm", "baseStepSize"), (".//oms:FixedStepMaster", "stepSize")):
             found = document.find(path, NAMESPACES)
             if found is not None and found.get(attribute):
-                return float(found.get(attribute))
-        return STEP_SIZE
+                try:
+                    return float(found.get(attribute))
+                except ValueError:
+                    self.problems.append(f"SystemStructure.ssd: the {attribute} {found.get(attribute)} is no number.")
+        return SAMPLE_TIME
 
 
-def _unit_fits(unit: str, element: Element, declared: str | None) -> bool:
-    return same_unit(element.description, unit, element.description, declared)
+def _units(root: etree._Element) -> dict[str, Base]:
+    """Return what the units defined in an SSD or SSV mean, by name."""
+    units = {}
+    for unit in root.iterfind("{*}Units/ssc:Unit", _STANDARD):
+        base = unit.find("ssc:BaseUnit", _STANDARD)
+        exponents = (float(base.get(name, 0)) for name in BASE_UNITS)
+        units[unit.get("name")] = (*exponents, float(base.get("factor", 1)), float(base.get("offset", 0)))
+    return units
 
 
 def _unsupported(root: etree._Element) -> Iterator[tuple[int, str]]:
-    """Yield line and name of the elements that mean something this reader does not do."""
+    """Yield line and name of what means something that this reader does not do."""
     prefixes = {namespace: prefix for prefix, namespace in _STANDARD.items()}
     pending = [root]
     while pending:
@@ -245,8 +290,11 @@ def _unsupported(root: etree._Element) -> Iterator[tuple[int, str]]:
         prefix = prefixes.get(name.namespace)
         if name.localname in _IGNORED:
             continue
-        nested = name.localname == "System" and prefix == "ssd" and node.getparent() is not root and node is not root
+        nested = name.localname == "System" and node.getparent() is not root
         if prefix is None or name.localname not in _READ[prefix] or nested:
-            yield node.sourceline, f"{'a nested ' if nested else ''}{name.localname}"
+            yield node.sourceline, f"a nested {name.localname}" if nested else name.localname
             continue
+        for (element, attribute), honoured in _HONOURED.items():
+            if name.localname == element and node.get(attribute, honoured[0]) not in honoured:
+                yield node.sourceline, f'{attribute}="{node.get(attribute)}" of a {element}'
         pending.extend(reversed(node))

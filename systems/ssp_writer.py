@@ -6,13 +6,13 @@ annotations of Open Simulation Platform and OpenModelica, because readers of SSP
 
 from pathlib import Path
 
-from fmpy.model_description import ModelDescription, ModelVariable
+from fmpy.model_description import ModelVariable, Unit
 from lxml import etree
 
 from ..exporters import archive
 from ..exporters.model_description import literal
 from . import container
-from .wiring import Element, Wiring
+from .wiring import BASE_UNITS, Element, Wiring
 
 NAMESPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
@@ -124,15 +124,16 @@ def _used_units(wiring: Wiring) -> set[str]:
     return {variable.unit for element in wiring.elements for variable in _connected(element, wiring) if variable.unit}
 
 
-def _units(parent: etree._Element, units: list[ModelDescription], prefix: str = "ssd") -> None:
+def _units(parent: etree._Element, units: list[Unit], prefix: str = "ssd") -> None:
     if not units:
         return
     listed = _child(parent, f"{prefix}:Units")
     for unit in units:
         base = _child(_child(listed, "ssc:Unit", name=unit.name), "ssc:BaseUnit")
-        for name in ("kg", "m", "s", "A", "K", "mol", "cd", "rad"):
-            if exponent := getattr(unit.baseUnit, name):
-                base.set(name, str(exponent))
+        neutral = {**dict.fromkeys(BASE_UNITS, 0), "factor": 1.0, "offset": 0.0}
+        for name, value in neutral.items():
+            if getattr(unit.baseUnit, name) != value:
+                base.set(name, str(getattr(unit.baseUnit, name)))
 
 
 def _annotation(parent: etree._Element, type_: str) -> etree._Element:

@@ -1,5 +1,6 @@
 """A flat system of FMUs: elements, links between their variables, start values, and what is wrong with them."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -10,6 +11,13 @@ import numpy as np
 from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable
 
 Value = float | int | bool
+Base = tuple[float, ...]
+"""Exponents of the base units, factor and offset: what a unit means."""
+
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+TYPES = ("Real", "Integer", "Boolean")
+LARGEST_INTEGER = 2**31 - 1
+MOST_STEPS = 100_000_000
 
 
 class WiringError(ValueError):
@@ -78,15 +86,15 @@ class Wiring:
     step_size: float
     start_time: float = 0.0
 
-    def element(self, name: str) -> Element:
-        """Return the element of that name; KeyError if there is none."""
-        return {element.name: element for element in self.elements}[name]
-
     def value(self, end: str) -> Value | None:
         """Return the start value of ``element.variable``, or None if the system has no such variable."""
         name, _, variable = end.partition(".")
         known = {element.name: element for element in self.elements}
         return known[name].value(variable) if name in known and variable in known[name].variables else None
+
+    def source(self, end: str) -> End | None:
+        """Return the output that feeds the input ``element.variable``, or None if it is not connected."""
+        return next((link.source for link in self.links if str(link.target) == end), None)
 
     def with_values(self, values: Mapping[str, str | Value]) -> "Wiring":
         """Return the system with other start values, given by ``element.variable``, as values or literals.
@@ -107,7 +115,7 @@ class Wiring:
             if declared.causality not in ("input", "parameter"):
                 problems.append(f"{end} is of causality {declared.causality}: only inputs and parameters can be set.")
                 continue
-            if any(link.target == End(name, variable) for link in self.links):
+            if self.source(end):
                 problems.append(f"{end} is connected: its value comes from another element.")
                 continue
             try:
@@ -122,15 +130,19 @@ class Wiring:
 
     def problems(self) -> list[str]:
         """Return a sentence for everything that keeps the system from running."""
-        return [*self._value_problems(), *self._link_problems()]
+        return [*self._element_problems(), *self._link_problems(), *self._experiment_problems()]
 
-    def _value_problems(self) -> Iterable[str]:
+    def _element_problems(self) -> Iterable[str]:
+        for name, times in Counter(element.name for element in self.elements).items():
+            if times > 1:
+                yield f"There are {times} elements of the name {name}: give each a name of its own."
+            if "." in name or "/" in name or "\\" in name:
+                yield f"The element name {name} holds a dot or a slash: rename it."
         for element in self.elements:
-            if element.description.fmiVersion != "2.0" or element.description.coSimulation is None:
-                yield f"{element.name}: {element.fmu.name} is not an FMU for co-simulation with FMI 2.0."
             for variable in element.start_values:
                 if variable not in element.variables:
-                    yield f"There is no parameter {element.name}.{variable}." + suggestion(variable, element.variables)
+                    hint = suggestion(variable, element.variables, f"{element.name}.")
+                    yield f"There is no parameter {element.name}.{variable}." + hint
                 elif element.variables[variable].causality not in ("input", "parameter"):
                     yield f"{element.name}.{variable} cannot be set: it is neither a parameter nor an input."
 
@@ -144,10 +156,10 @@ class Wiring:
                 element = known.get(end.element)
                 variable = element.variables.get(end.variable) if element else None
                 if element is None:
-                    yield f"{where}: there is no element {end.element}."
+                    yield f"{where}: there is no element {end.element}." + suggestion(end.element, known)
                 elif variable is None:
                     hint = suggestion(end.variable, element.variables)
-                    yield f"{where}: {element.fmu.name} has no variable {end.variable}." + hint
+                    yield f"{where}: the FMU of {element.name} has no variable {end.variable}." + hint
                 elif variable.causality != causality:
                     yield f"{where}: {end} is of causality {variable.causality}, not {causality}."
                 else:
@@ -157,6 +169,18 @@ class Wiring:
             if target in driven:
                 yield f"Input {target} has two sources, {driven[target]} and {source}: remove one connection."
             driven[target] = source
+
+    def _experiment_problems(self) -> Iterable[str]:
+        start, stop, step = self.start_time, self.stop_time, self.step_size
+        if not start < stop < np.inf or start == -np.inf:
+            yield f"The run is from {start} s to {stop} s; expected finite times, the stop after the start."
+        elif not 0 < step < np.inf:
+            yield f"The step size is {step} s; expected a positive number of seconds."
+        elif (stop - start) / step * (1 + 1e-9) < 1:
+            yield f"The run from {start} s to {stop} s is shorter than a step of {step} s."
+        elif (stop - start) / step > MOST_STEPS:
+            n = (stop - start) / step
+            yield f"The run has {n:.3g} steps; expected at most {MOST_STEPS:.3g}: take longer steps."
 
 
 def parse(literal: str, type_: str) -> Value:
@@ -169,41 +193,45 @@ def parse(literal: str, type_: str) -> Value:
         return values[text.lower()]
     try:
         value = float(text)
-        if type_ != "Real" and value != int(value):
+        if type_ != "Real" and (value != int(value) or abs(value) > LARGEST_INTEGER):
             raise ValueError
     except (ValueError, OverflowError):
-        kind = "a number" if type_ == "Real" else "a whole number"
+        kind = "a number" if type_ == "Real" else f"a whole number of at most {LARGEST_INTEGER}"
         raise ValueError(f"expected {kind}, got {literal!r}") from None
     if not np.isfinite(value):
         raise ValueError(f"expected a finite number, got {literal!r}")
     return value if type_ == "Real" else int(value)
 
 
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """Return a hint at the names most like an unknown one, or nothing."""
+def suggestion(name: str, known: Iterable[str], prefix: str = "") -> str:
+    """Return a hint at the names most like an unknown one, each shown with a prefix, or nothing."""
     close = get_close_matches(name, list(known), n=3)
-    return f" Did you mean {' or '.join(close)}?" if close else ""
+    return f" Did you mean {' or '.join(prefix + match for match in close)}?" if close else ""
 
 
-def same_unit(a: ModelDescription, unit_a: str | None, b: ModelDescription, unit_b: str | None) -> bool:
-    """Tell whether numbers in two units, each defined in its model description, mean the same; no unit fits any."""
-    if unit_a is None or unit_b is None or unit_a == unit_b:
+def base_of(unit: BaseUnit) -> Base:
+    """Return what a unit means."""
+    return (*(float(getattr(unit, name)) for name in BASE_UNITS), float(unit.factor), float(unit.offset))
+
+
+def units_of(description: ModelDescription) -> dict[str, Base]:
+    """Return what the units that an FMU defines mean, by name."""
+    return {unit.name: base_of(unit.baseUnit) for unit in description.unitDefinitions if unit.baseUnit is not None}
+
+
+def same_unit(a: str | None, units_a: Mapping[str, Base], b: str | None, units_b: Mapping[str, Base]) -> bool:
+    """Tell whether numbers in two units mean the same: by definition, else by name; no unit fits any."""
+    if not a or not b:
         return True
-    bases = [_base_unit(description, unit) for description, unit in ((a, unit_a), (b, unit_b))]
-    return bases[0] is not None and bases[0] == bases[1]
-
-
-def _base_unit(description: ModelDescription, name: str) -> tuple[float, ...] | None:
-    for unit in description.unitDefinitions:
-        if unit.name == name and unit.baseUnit is not None:
-            base: BaseUnit = unit.baseUnit
-            fields = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
-            return tuple(float(getattr(base, field)) for field in fields)
-    return None
+    if a in units_a and b in units_b:
+        return units_a[a] == units_b[b]
+    return a == b
 
 
 def _mismatches(where: str, from_: Element, source: ModelVariable, to: Element, target: ModelVariable) -> Iterable[str]:
     if source.type != target.type:
         yield f"{where}: type {source.type} does not match {target.type}."
-    if not same_unit(from_.description, source.unit, to.description, target.unit):
+    elif source.type not in TYPES:
+        yield f"{where}: type {source.type} is not supported; {', '.join(TYPES)} are."
+    if not same_unit(source.unit, units_of(from_.description), target.unit, units_of(to.description)):
         yield f"{where}: unit {source.unit} does not match {target.unit}; units are not converted."

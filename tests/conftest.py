@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 from pythonfmu.builder import FmuBuilder
-
 from rov_cosim.systems import session
 from rov_cosim.systems.catalogue import SYSTEMS
 

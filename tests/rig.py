@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from types import SimpleNamespace
 
 import numpy as np
-
 from rov_cosim.components.instance import Instance
 from rov_cosim.components.interface import Component
 
@@ -42,7 +41,8 @@ class Rig:
         return self.component.p.unpack(np.array(values))
 
     def start(self, time: float = 0.0) -> "Rig":
-        self.instance.enter_initialization(time)
+        self.instance.set_start_time(time)
+        self.instance.enter_initialization()
         self.instance.exit_initialization()
         return self
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from rig import Rig, inputs, parameters
-from scipy.signal import cont2discrete, dlsim
-
 from rov_cosim.components import frames, vehicle
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.adaptive_pd import equations
+from rov_cosim.components.rov_plant import COMPONENT as PLANT
+from scipy.signal import cont2discrete, dlsim
 
 RANDOM = np.random.default_rng(3)
 T = 0.03
@@ -193,6 +193,25 @@ def test_saturation_does_not_wind_the_estimate_up():
     limited.run(1.0)
     assert limited.get("saturated") == 0
     assert limited.get("disturbance")[0] < -0.01
+
+
+def test_a_saturated_transient_leaves_no_wound_up_estimate():
+    # No disturbance: whatever the estimate gathers on the way is wound up.
+    def largest(thrust_max):
+        plant, rig = Rig(PLANT, {"eta_0.y": 5.0}).start(), controller(thrust_max=thrust_max, use_measured_velocity=1)
+        estimates = []
+        for _ in range(round(40 / T)):
+            rig.put("eta_m", plant.get("eta"))
+            rig.put("nu_m", plant.get("nu"))
+            rig.step()
+            plant.put("u", rig.get("u"))
+            plant.step()
+            estimates.append(abs(rig.get("disturbance")[1]))
+        return max(estimates), rig
+
+    limited, rig = largest(10.0)
+    assert limited < 15.0
+    assert rig.get("saturated") == 0
 
 
 def test_saturation_in_one_axis_lets_the_others_adapt():

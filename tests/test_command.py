@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.command import main
 
@@ -76,12 +75,18 @@ def test_benchmark_states_the_real_time_factor(archives):
     [
         (["run", "station_keping"], "there is no system station_keping. Did you mean station_keeping"),
         (["run", "none.ssp"], "none.ssp: There is no such archive"),
-        (["run", "station_keeping", "--set", "adaptive_pd.K_P"], "expected ELEMENT.VARIABLE=VALUE, got 'adaptive_pd.K_P'"),
+        (
+            ["run", "station_keeping", "--set", "adaptive_pd.K_P"],
+            "expected ELEMENT.VARIABLE=VALUE, got 'adaptive_pd.K_P'",
+        ),
         (["run", "station_keeping", "--set", "adaptive_pd.K_P.x=a"], "adaptive_pd.K_P.x: expected a number, got 'a'"),
         (["run", "station_keeping", "--set", "adaptive_pd.Kp=1"], "There is no variable adaptive_pd.Kp"),
         (["run", "station_keeping", "--stop-time", "-1"], "-1.0 is not in the range"),
-        (["run", "station_keeping", "--stop-time", "nan"], "The stop time is nan s; expected a time after the start"),
-        (["run", "station_keeping", "--set", "rov_plant.mass=0"], "mass is 0; expected a finite number of at least 0.001"),
+        (["run", "station_keeping", "--stop-time", "nan"], "to nan s; expected finite times, the stop after the start"),
+        (
+            ["run", "station_keeping", "--set", "rov_plant.mass=0"],
+            "mass is 0; expected a finite number of at least 0.001",
+        ),
         (["run", "station_keeping", "--output", "/proc/none"], "/proc/none"),
     ],
 )

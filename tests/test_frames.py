@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
-
 from rov_cosim.components import frames
+from scipy.spatial.transform import Rotation
 
 RANDOM = np.random.default_rng(0)
 ATTITUDES = RANDOM.uniform([-np.pi, -1.5, -np.pi], [np.pi, 1.5, np.pi], (50, 3))
@@ -31,7 +30,9 @@ def test_jacobian_maps_body_rates_to_pose_rates(angles):
         position = eta[:3] + s * frames.rotation(angles) @ nu[:3]
         ends.append(np.concatenate([position, attitude.as_euler("ZYX")[::-1]]))
     # Near theta = pi/2 the second derivative of the angles grows, and the difference quotient with it.
-    assert frames.jacobian(eta) @ nu == pytest.approx(frames.pose_difference(ends[1], ends[0]) / (2 * h), rel=1e-5, abs=1e-6)
+    assert frames.jacobian(eta) @ nu == pytest.approx(
+        frames.pose_difference(ends[1], ends[0]) / (2 * h), rel=1e-5, abs=1e-6
+    )
     assert frames.jacobian_inverse(eta) @ frames.jacobian(eta) == pytest.approx(np.eye(6), abs=1e-12)
 
 
@@ -41,7 +42,8 @@ def test_skew_is_the_cross_product():
 
 
 @pytest.mark.parametrize(
-    ("angle", "wrapped"), [(0, 0), (np.pi, np.pi), (-np.pi, np.pi), (3 * np.pi, np.pi), (3.5, 3.5 - 2 * np.pi), (-50.0, 0.2654824574)]
+    ("angle", "wrapped"),
+    [(0, 0), (np.pi, np.pi), (-np.pi, np.pi), (3 * np.pi, np.pi), (3.5, 3.5 - 2 * np.pi), (-50.0, 0.2654824574)],
 )
 def test_wrap_keeps_pi_and_turns_minus_pi(angle, wrapped):
     assert frames.wrap(angle) == pytest.approx(wrapped)

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from importers import SIGNALS
-
 from rov_cosim.systems import ssp_reader
 from rov_cosim.systems.master import simulate
 
@@ -51,7 +50,17 @@ def test_stock_fmpy_runs_the_other_archives_too(archives, tmp_path, name):
 
 
 def test_stock_fmpy_takes_start_values(archives, tmp_path):
-    arguments = ("--stop-time", "6", "--start-values", "adaptive_pd.K_P.x", "120", "passive_arm.seed", "7", "adaptive_pd.adaptation", "false")
+    arguments = (
+        "--stop-time",
+        "6",
+        "--start-values",
+        "adaptive_pd.K_P.x",
+        "120",
+        "passive_arm.seed",
+        "7",
+        "adaptive_pd.adaptation",
+        "false",
+    )
     theirs = stock_fmpy(archives["station_keeping"], tmp_path, *arguments)
     values = {"adaptive_pd.K_P.x": 120.0, "passive_arm.seed": 7, "adaptive_pd.adaptation": False}
     assert_same(theirs, ours(archives["station_keeping"], 6.0, **values))

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from rig import Rig
-
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.instance import ComponentError, Instance
 from rov_cosim.components.passive_arm import COMPONENT as ARM
@@ -51,14 +50,19 @@ def test_restore_repeats_the_rest_bit_for_bit_also_in_another_instance(component
 def test_restore_works_before_the_run_too(phase):
     rig = Rig(ARM, {"noise_std": 0.02, "seed": 9})
     if phase == "initializing":
-        rig.instance.enter_initialization(1.5)
+        rig.instance.set_start_time(1.5)
+        rig.instance.enter_initialization()
     saved = rig.instance.save()
     rig.set({"noise_std": 0.0, "seed": 1})
-    rig.start(3.0)
+    if phase == "instantiated":
+        rig.start(3.0)
     rig.instance.restore(saved)
     assert (rig.get("noise_std"), rig.get("seed")) == (0.02, 9)
-    rig.start(rig.instance.time)
+    if phase == "instantiated":
+        rig.instance.enter_initialization()
+    rig.instance.exit_initialization()
     rig.step()
+    assert rig.instance.time == pytest.approx(1.53 if phase == "initializing" else 0.03)
 
 
 @pytest.mark.parametrize("broken", [b"", b"x" * 2000, "cut", "nan", "phase", "other"])
@@ -108,9 +112,12 @@ def test_time_stays_exact_over_a_long_run_of_accumulated_steps():
 def test_a_sliver_of_a_step_changes_nothing():
     for component in COMPONENTS:
         rig = exercised(component)
-        before = rig.instance.save()
-        rig.instance.do_step(rig.instance.time, 5e-15)
-        assert rig.instance.save() == before
+        before = [rig.get(name) for name in rig.component.y.names]
+        for _ in range(5):  # however many: the clock follows, nothing else does
+            rig.instance.do_step(rig.instance.time, 5e-10)
+        assert [rig.get(name) for name in rig.component.y.names] == before
+        rest, unbroken = excite(rig, 20, 3), excite(exercised(component), 20, 3)
+        assert np.array(rest) == pytest.approx(np.array(unbroken), abs=1e-8)
 
 
 @pytest.mark.parametrize("h", [0.0, -0.03, np.nan, np.inf])
@@ -161,7 +168,11 @@ def test_parameters_out_of_range_are_refused(component, name, value, message):
         (PLANT, {"I.xx": 0.1, "r_G.z": 0.2, "added_mass.p": 0.0}, "mass matrix is not positive definite.*check mass"),
         (PLANT, {"eta_0.phi": 0.1}, "Roll and pitch are locked.*set these to 0"),
         (PLANT, {"thruster[1].d.x": 0.1}, "not of unit length: normalise"),
-        (CONTROLLER, {f"thruster[{i}].enabled": 0 for i in range(5, 9)}, "cannot produce every controlled wrench.*enable"),
+        (
+            CONTROLLER,
+            {f"thruster[{i}].enabled": 0 for i in range(5, 9)},
+            "cannot produce every controlled wrench.*enable",
+        ),
     ],
 )
 def test_parameters_that_contradict_each_other_are_refused(component, values, message):
@@ -190,9 +201,47 @@ def test_fixed_parameters_and_outputs_cannot_be_set_during_a_run():
     rig.set({"dB": 3.0})  # tunable
 
 
-def test_a_step_before_the_initialization_ends_is_refused():
-    with pytest.raises(ComponentError, match="exit Initialization Mode first"):
-        Instance(PLANT).do_step(0.0, 0.03)
+def test_calls_out_of_order_are_refused():
+    instance = Instance(PLANT)
+    refused = pytest.raises(ComponentError, match=r"only while (instantiated|initializing|running); the component is")
+    for call in (lambda: instance.do_step(0.0, 0.03), instance.exit_initialization, instance.terminate):
+        with refused:
+            call()
+    instance.enter_initialization()
+    for call in (instance.enter_initialization, lambda: instance.set_start_time(1.0)):
+        with refused:
+            call()
+    instance.exit_initialization()
+    with refused:
+        instance.exit_initialization()
+    instance.do_step(0.0, 0.03)
+    instance.terminate()
+    with refused:
+        instance.do_step(0.03, 0.03)
+
+
+def test_initial_values_out_of_range_are_refused():
+    rig = Rig(PLANT, {"lock_roll_pitch": 0})
+    with pytest.raises(ComponentError, match=r"eta_0\.theta is 2; expected"):
+        rig.set({"eta_0.theta": 2.0})
+    arm = Rig(ARM, {"eta.x": 1e200})
+    arm.instance.enter_initialization()
+    with pytest.raises(ComponentError, match=r"The initial values are wrong: .* is .*; expected a finite number"):
+        arm.instance.exit_initialization()
+
+
+@pytest.mark.parametrize("start", [3.1e7, 1.7e9])
+def test_samples_are_taken_at_any_start_time(start):
+    rig = Rig(CONTROLLER).start(start)
+    for n in range(100):
+        rig.instance.do_step(start + n * 0.03, 0.03)
+        assert rig.instance._samples == n + 1
+
+
+def test_a_very_long_step_needs_no_memory():
+    rig = Rig(CONTROLLER, {"sample_time": 100.0}).start()
+    rig.instance.do_step(0.0, 1e5)
+    assert rig.instance._samples == 1000
 
 
 def test_gains_changed_during_a_run_do_not_jump_the_estimate():

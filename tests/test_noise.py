@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy import stats
-
 from rov_cosim.components.noise import standard_normal
+from scipy import stats
 
 
 def test_bits_are_philox_of_salmon_et_al():

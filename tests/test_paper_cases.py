@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 from rig import inputs, parameters
-from scipy.integrate import solve_ivp
-
 from rov_cosim.components import frames, vehicle
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.adaptive_pd import equations as law
@@ -13,6 +11,7 @@ from rov_cosim.components.rov_plant import equations as motion
 from rov_cosim.systems import ssp_reader
 from rov_cosim.systems.assessment import axes, errors, forces
 from rov_cosim.systems.master import gauss_seidel, jacobi, simulate
+from scipy.integrate import solve_ivp
 
 POSE = [f"rov_plant.eta.{axis}" for axis in ("x", "y", "z", "psi")]
 FORCES = {"dB": 5.0, "F_C": (4.0, 4.0, 0.0), "F_A": (8.0, 8.0, 0.0)}
@@ -47,7 +46,7 @@ def test_pd_settles_where_its_spring_balances_the_disturbance(run):
     final = poses(results)[-1]
     psi = final[3]
     assert final[:3] == pytest.approx([12 / 100, 12 / 100, 5 / 120], abs=1e-4)
-    # The arm's moment about the origin, with r_A turned by the yaw that it causes: 55 psi = 0.4 (8 cos psi - 8 sin psi).
+    # The arm's moment with r_A turned by the yaw that it causes: 55 psi = 0.4 (8 cos psi - 8 sin psi).
     assert psi == pytest.approx(0.4 * 8.0 * (np.cos(psi) - np.sin(psi)) / 55, abs=1e-4)
     assert psi == pytest.approx(0.055, abs=1e-3)
     settled = np.abs(poses(results) - final).max(axis=1) < 0.02
@@ -177,7 +176,9 @@ def test_station_keeping_measures_through_arm_encoders_noise_and_lead_filter(run
 # --- What the paper proves and discusses ----------------------------------------------------------------------------
 
 
-def ideal_loop(theta, stop, gains, adapt=None, lock=1, current=(0.0, 0.0, 0.0), start=(0.52, 0.73, 0.62, 0.0, 0.0, 0.83)):
+def ideal_loop(
+    theta, stop, gains, adapt=None, lock=1, current=(0.0, 0.0, 0.0), start=(0.52, 0.73, 0.62, 0.0, 0.0, 0.83)
+):
     """Integrate the continuous loop of equations 1, 4 and 5 with exact measurement; return the states over time."""
     six = {"control_roll_pitch": 1 - lock}
     p_c = parameters(CONTROLLER, use_measured_velocity=1, sample_time=1.0, **six, **gains)

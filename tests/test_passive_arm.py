@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 from rig import Rig, parameters
-from scipy.spatial.transform import Rotation
-
 from rov_cosim.components import frames
 from rov_cosim.components.passive_arm import COMPONENT as ARM
 from rov_cosim.components.passive_arm import equations
+from scipy.spatial.transform import Rotation
 
 RANDOM = np.random.default_rng(2)
 IDEAL = {"noise_std": 0.0, "encoder_counts": 0}
@@ -60,6 +59,17 @@ def test_forward_after_inverse_kinematics_is_the_identity_over_the_workspace():
 def test_inverse_kinematics_holds_at_its_special_places(position):
     q = equations.inverse_kinematics(np.array(position, dtype=float), np.eye(3), LENGTHS)
     assert equations.forward_kinematics(q, LENGTHS)[0] == pytest.approx(position, abs=1e-7)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_inverse_kinematics_holds_where_the_wrist_is_singular(sign):
+    for _ in range(200):
+        q = RANDOM.uniform(-1, 1, 6)
+        q[2], q[4] = abs(q[2]), sign * np.pi / 2
+        position, R = chain(q, LENGTHS)
+        back, R_back = equations.forward_kinematics(equations.inverse_kinematics(position, R, LENGTHS), LENGTHS)
+        assert back == pytest.approx(position, abs=1e-9)
+        assert R_back == pytest.approx(R, abs=1e-7)
 
 
 def test_an_ideal_arm_measures_the_true_pose():

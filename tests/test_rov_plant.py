@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-from scipy.spatial.transform import Rotation
-
+from rig import Rig, inputs, parameters
 from rov_cosim.components.instance import ComponentError
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
 from rov_cosim.components.rov_plant import equations
-
-from rig import Rig, inputs, parameters
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 FREE = {"lock_roll_pitch": 0}
 UNDAMPED = {f"D_quadratic.{axis}": 0.0 for axis in "uvwpqr"}
@@ -61,7 +59,9 @@ def test_a_turning_vehicle_feels_the_current_of_an_inertial_observer():
     v_c = np.array([0.3, -0.2, 0.1])
     still = Rig(PLANT, {**FREE, **OFF_CENTRE, **TUMBLE}).start()
     nu_0 = [TUMBLE[f"nu_0.{axis}"] for axis in "uvw"] + v_c  # at eta_0 = 0 body and earth axes agree
-    moving = Rig(PLANT, {**FREE, **OFF_CENTRE, **TUMBLE, **dict(zip(("nu_0.u", "nu_0.v", "nu_0.w"), nu_0, strict=True))})
+    moving = Rig(
+        PLANT, {**FREE, **OFF_CENTRE, **TUMBLE, **dict(zip(("nu_0.u", "nu_0.v", "nu_0.w"), nu_0, strict=True))}
+    )
     moving.start().put("current", v_c)
     still.run(6.0)
     moving.run(6.0)

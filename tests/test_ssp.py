@@ -1,5 +1,6 @@
 """SSP archives: what is written is valid and complete; what is wrong with one is told, all at once."""
 
+import tempfile
 from dataclasses import replace
 from importlib.resources import files
 
@@ -9,7 +10,6 @@ from fmpy.model_description import Unknown
 from fmpy.ssp.ssd import read_ssd, read_ssv
 from fmpy.validation import validate_fmu
 from lxml import etree
-
 from rov_cosim.exporters import archive
 from rov_cosim.systems import container, ssp_reader, ssp_writer
 from rov_cosim.systems.catalogue import SYSTEMS
@@ -136,17 +136,23 @@ def problems(path):
 
 
 SSD = "SystemStructure_DOT_ssd"
+PLANT = "resources__rov_plant_DOT_fmu"
+VALUES = "resources__rov_plant_DOT_ssv"
+TRANSFORMATION = '<ssc:LinearTransformation factor="2"/>'
 BREAKS = {
     "no structure": ({SSD: None}, ["The archive has no SystemStructure.ssd."]),
     "not XML": ({SSD: b"<ssd:System"}, ["SystemStructure.ssd is not well-formed XML"]),
     "unknown element": ({SSD: swap(("<ssd:Elements>", "<ssd:Elements><ssd:Gadget/>"))}, ["Gadget"]),
     "transformation": (
-        {SSD: swap(("endConnector=\"eta.x\"/>", 'endConnector="eta.x"><ssc:LinearTransformation factor="2"/></ssd:Connection>'))},
+        {SSD: swap(('endConnector="eta.x"/>', f'endConnector="eta.x">{TRANSFORMATION}</ssd:Connection>'))},
         ["LinearTransformation is not supported"],
     ),
-    "missing FMU": ({"resources__rov_plant_DOT_fmu": None}, ["rov_plant: the archive has no FMU resources/rov_plant.fmu."]),
-    "FMU is no archive": ({"resources__rov_plant_DOT_fmu": b"no zip"}, ["rov_plant: resources/rov_plant.fmu is not a readable FMU"]),
-    "path that leaves the archive": ({SSD: swap(("resources/rov_plant.fmu", "../../rov_plant.fmu"))}, ["has no FMU ../../rov_plant.fmu"]),
+    "missing FMU": ({PLANT: None}, ["rov_plant: the archive has no FMU resources/rov_plant.fmu."]),
+    "FMU is no archive": ({PLANT: b"no zip"}, ["rov_plant: resources/rov_plant.fmu is not a readable FMU"]),
+    "path that leaves the archive": (
+        {SSD: swap(("resources/rov_plant.fmu", "../../rov_plant.fmu"))},
+        ["has no FMU ../../rov_plant.fmu"],
+    ),
     "unknown connector": (
         {SSD: swap(('startConnector="eta.x"', 'startConnector="eta.xx"'))},
         ["Connection rov_plant.eta.xx -> passive_arm.eta.x:", "no variable eta.xx. Did you mean eta.x"],
@@ -172,15 +178,18 @@ BREAKS = {
         ["unit rad does not match m"],
     ),
     "unknown parameter and bad value": (
-        {"resources__rov_plant_DOT_ssv": swap(('name="dB"', 'name="dBB"'), ('name="F_C.x">', 'name="F_C.x"> '), ('value="2.5"', 'value="NaN"'))},
-        ["There is no parameter rov_plant.dBB. Did you mean dB", "Parameter rov_plant.F_C.x: expected a finite number, got 'NaN'"],
+        {VALUES: swap(('name="dB"', 'name="dBB"'), ('value="2.5"', 'value="NaN"'))},
+        [
+            "There is no parameter rov_plant.dBB. Did you mean rov_plant.dB",
+            "rov_plant.F_C.x: expected a finite number, got 'NaN'",
+        ],
     ),
-    "missing parameter set": ({"resources__rov_plant_DOT_ssv": None}, ["The archive has no resources/rov_plant.ssv."]),
+    "missing parameter set": ({VALUES: None}, ["The archive has no resources/rov_plant.ssv."]),
     "external signal": (
         {SSD: swap(('startElement="rov_plant" startConnector="eta.x"', 'startConnector="eta.x"'))},
         ["Connection eta.x -> passive_arm.eta.x wants an external signal"],
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", BREAKS)
@@ -192,9 +201,66 @@ def test_a_broken_archive_is_refused_with_every_reason(archives, tmp_path, case)
 
 
 def test_all_problems_of_several_files_are_told_at_once(archives, tmp_path):
-    edits = {SSD: swap(('name="eta.x" kind="input"', 'name="eta.x" kind="output"')), "resources__rov_plant_DOT_fmu": b"no zip"}
+    edits = {
+        SSD: swap(('name="eta.x" kind="input"', 'name="eta.x" kind="output"')),
+        PLANT: b"no zip",
+    }
     told = problems(changed(archives, tmp_path, **edits))
     assert len(told) == 2
+
+
+def test_a_unit_that_means_something_else_is_refused(archives, tmp_path):
+    other = swap(('<ssc:BaseUnit m="1"/>', '<ssc:BaseUnit m="1" factor="0.001"/>'))
+    told = problems(changed(archives, tmp_path, **{SSD: other}))
+    assert any("Connector passive_arm.eta.x: unit m does not match m" in problem for problem in told)
+    fine = swap(('<ssc:Unit name="m">', '<ssc:Unit name="metre">'))
+    renamed = lambda content: fine(content).replace(b'unit="m"', b'unit="metre"')  # noqa: E731
+    with ssp_reader.opened(changed(archives, tmp_path, **{SSD: renamed})):
+        pass
+
+
+EXPERIMENTS = {
+    'stopTime="84.0"': {
+        'stopTime="NaN"': "to nan s",
+        'stopTime="INF"': "to inf s",
+        'stopTime="-1"': "to -1.0 s",
+        "": "no stopTime",
+    },
+    'baseStepSize="0.03"': {
+        'baseStepSize="0"': "The step size is 0.0 s",
+        'baseStepSize="-1"': "The step size is -1.0 s",
+        'baseStepSize="abc"': "baseStepSize abc is no number",
+        'baseStepSize="1e-12"': "expected at most 1e+08",
+        'baseStepSize="99"': "shorter than a step",
+    },
+}
+
+
+@pytest.mark.parametrize(("old", "new"), [(old, new) for old, cases in EXPERIMENTS.items() for new in cases])
+def test_experiments_that_cannot_be_run_are_refused(archives, tmp_path, old, new):
+    told = problems(changed(archives, tmp_path, **{SSD: swap((old, new))}))
+    assert any(EXPERIMENTS[old][new] in problem for problem in told), told
+
+
+def test_names_cannot_lead_out_of_the_folder(archives, tmp_path):
+    outside = lambda content: content.replace(b'"rov_plant"', b'"../../rov_plant"')  # noqa: E731
+    told = problems(changed(archives, tmp_path, **{SSD: outside}))
+    assert any("The element name ../../rov_plant holds a dot or a slash: rename it." in problem for problem in told)
+    assert not list(tmp_path.glob("rov_plant*"))
+
+
+def test_two_elements_of_one_name_are_refused(archives, tmp_path):
+    twice = swap(('<ssd:Component name="adaptive_pd"', '<ssd:Component name="rov_plant"'))
+    assert any(
+        "There are 2 elements of the name rov_plant" in p for p in problems(changed(archives, tmp_path, **{SSD: twice}))
+    )
+
+
+def test_a_temporary_folder_that_pythonfmu_cannot_load_from_is_refused(archives, tmp_path, monkeypatch):
+    odd = tmp_path / "t#ü"
+    odd.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(odd))
+    assert "set TMPDIR to another" in problems(archives["station_keeping"])[0]
 
 
 def test_what_is_no_archive_is_told(tmp_path):
@@ -223,7 +289,7 @@ def test_parameters_bound_inline_and_at_the_system_are_read(archives, tmp_path):
         ({"K_P.x": "1"}, r"There is no variable K_P\.x"),
         ({"adaptive_pd.K_P.x": "many"}, r"adaptive_pd\.K_P\.x: expected a number, got 'many'"),
         ({"adaptive_pd.adaptation": "2"}, "expected true or false, got '2'"),
-        ({"passive_arm.seed": "1.5"}, "expected a whole number, got '1.5'"),
+        ({"passive_arm.seed": "1.5"}, "expected a whole number of at most 2147483647, got '1.5'"),
         ({"rov_plant.mass": "nan"}, "expected a finite number"),
         ({"rov_plant.eta.x": "1"}, "is of causality output: only inputs and parameters can be set"),
         ({"rov_plant.u[1]": "1"}, "is connected: its value comes from another element"),

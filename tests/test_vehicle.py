@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-
+from rig import parameters
 from rov_cosim.components import frames, vehicle
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
-
-from rig import parameters
 
 RANDOM = np.random.default_rng(1)
 MASS, R_G = 80.0, np.array([0.05, -0.02, -0.08])

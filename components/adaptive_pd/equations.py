@@ -46,11 +46,10 @@ def allocate(tau: Any, p: SimpleNamespace) -> Any:
 def adaptation_rate(W: Any, s: Any, unmet: Any, p: SimpleNamespace) -> Any:
     """Return theta_hat', shape (7,), in N/s for the body-frame error signal s = J^-1 (eta' + epsilon e), shape (6,).
 
-    unmet, shape (6,), is the part of the demanded wrench that saturated thrusters do not deliver: axes in which the
-    adaptation would demand still more of it are left out, so that the estimate does not wind up.
+    unmet, shape (6,), is the part of the demanded wrench that saturated thrusters do not deliver. Its axes are left
+    out: what moves there is not for want of a better estimate, which would wind up.
     """
-    windup = np.logical_and(np.abs(unmet) > NEGLIGIBLE, unmet * s < 0)
-    return p.Gamma * (W.T @ np.where(windup, 0.0, s))
+    return p.Gamma * (W.T @ np.where(np.abs(unmet) > NEGLIGIBLE, 0.0, s))
 
 
 def sample(

@@ -3,6 +3,7 @@
 from ..interface import (
     POSE,
     POSE_UNITS,
+    SAMPLE_TIME,
     VELOCITY,
     VELOCITY_UNITS,
     WRENCH,
@@ -19,15 +20,19 @@ from ..vehicle import (
     N_THRUSTERS,
     THETA,
     THRUSTER_PARAMETERS,
+    UNIT_DIRECTIONS,
     WEIGHT_PARAMETERS,
-    direction_error,
 )
 from . import equations
 
 _STIFFNESS = ("N/m", "N/m", "N/m", "N.m/rad", "N.m/rad", "N.m/rad")
 _DAMPING = ("N.s/m", "N.s/m", "N.s/m", "N.m.s/rad", "N.m.s/rad", "N.m.s/rad")
-_MEASURED = ("eta_m", "eta_m_valid", "nu_m", "disable")
-_ALL = (*_MEASURED, "eta_d")
+_MEASURED = ("eta_m", "eta_m_valid", "disable")
+_DISTURBANCE = (*_MEASURED, "theta_hat_0", "r_B", "r_C", "r_A")
+_ERROR = (*_MEASURED, "eta_d", "control_roll_pitch")
+_RATE = (*_MEASURED, "nu_m", "use_measured_velocity", "control_roll_pitch")
+_TAU = tuple(dict.fromkeys((*_DISTURBANCE, *_ERROR, *_RATE, "K_P", "K_D", "mass", "g", "r_G")))
+_COMMAND = (*_TAU, "thruster_r", "thruster_d", "thruster_enabled", "thrust_max")
 
 COMPONENT = Sampled(
     name="adaptive_pd",
@@ -42,31 +47,32 @@ COMPONENT = Sampled(
         switch("disable", "Switch the thrusters off and freeze the estimate"),
     ),
     outputs=(
-        indexed("u", N_THRUSTERS, "Thruster force command", unit="N", initially_from=_ALL),
-        vector("tau", WRENCH, "Demanded wrench, body frame, before limits", unit=WRENCH_UNITS, initially_from=_ALL),
+        indexed("u", N_THRUSTERS, "Thruster force command", unit="N", initially_from=_COMMAND),
+        vector("tau", WRENCH, "Demanded wrench, body frame, before limits", unit=WRENCH_UNITS, initially_from=_TAU),
         Signal(
             "theta_hat",
             "Estimated force on the vehicle, earth frame",
             pattern="theta_hat.{}",
             axes=(THETA,),
             unit="N",
+            initially_from=("theta_hat_0",),
         ),
         vector(
             "disturbance",
             WRENCH,
             "Estimated disturbance wrench on the vehicle, body frame",
             unit=WRENCH_UNITS,
-            initially_from=("eta_m", "eta_m_valid", "disable"),
+            initially_from=_DISTURBANCE,
         ),
         vector(
             "eta_dot",
             POSE,
             "Rate of the pose that the law used",
             unit=("m/s",) * 3 + ("rad/s",) * 3,
-            initially_from=_MEASURED,
+            initially_from=_RATE,
         ),
-        vector("e", POSE, "Pose error that the law used", unit=POSE_UNITS, initially_from=_ALL),
-        switch("saturated", "Whether a thruster command is limited", initially_from=_ALL),
+        vector("e", POSE, "Pose error that the law used", unit=POSE_UNITS, initially_from=_ERROR),
+        switch("saturated", "Whether a thruster command is limited", initially_from=_COMMAND),
     ),
     parameters=(
         vector(
@@ -116,7 +122,7 @@ COMPONENT = Sampled(
             axes=(THETA,),
             unit="N",
         ),
-        Signal("sample_time", "Time between samples", unit="s", start=0.03, minimum=1e-6),
+        Signal("sample_time", "Time between samples", unit="s", start=SAMPLE_TIME, minimum=1e-6),
         Signal("filter_time_constant", "Time constant T_f of the lead filter", unit="s", start=0.1, minimum=1e-6),
         switch("use_measured_velocity", "Take the velocity from nu_m in place of the lead filter"),
         *WEIGHT_PARAMETERS,
@@ -137,9 +143,6 @@ COMPONENT = Sampled(
             "The enabled thrusters cannot produce every controlled wrench (B B^T is singular): enable more thrusters, "
             "check thruster[i].r.* and thruster[i].d.*, or set control_roll_pitch to false.",
         ),
-        Requirement(
-            lambda p: 1e-6 - direction_error(p.thruster_d),
-            "A thruster direction is not of unit length: normalise thruster[i].d.x/y/z.",
-        ),
+        UNIT_DIRECTIONS,
     ),
 )

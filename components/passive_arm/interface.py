@@ -1,10 +1,11 @@
 """Interface of the passive arm; link lengths, encoders and error after Hoang & Kreuzer 2007, section 4.2."""
 
-from ..interface import POSE, POSE_UNITS, XYZ, Notice, Sampled, Signal, indexed, switch, vector
+from ..interface import POSE, POSE_UNITS, SAMPLE_TIME, XYZ, Notice, Sampled, Signal, indexed, switch, vector
 from ..vehicle import R_A
 from . import equations
 
-_SOURCES = ("eta",)
+_REACH = ("eta", "r_A", "attachment")
+_ATTACHED = (*_REACH, "L")
 
 COMPONENT = Sampled(
     name="passive_arm",
@@ -18,12 +19,20 @@ COMPONENT = Sampled(
             POSE,
             "Measured pose of the vehicle in the earth frame; holds its last value while detached",
             unit=POSE_UNITS,
-            initially_from=_SOURCES,
+            initially_from=(*_ATTACHED, "encoder_counts", "noise_std", "noise_std_angle", "bias", "seed"),
         ),
-        switch("eta_m_valid", "Whether the arm is attached and measures", initially_from=_SOURCES),
-        indexed("q", 6, "Joint angle as the encoder reads it", unit="rad", initially_from=_SOURCES),
-        Signal("reach", "Distance from the shoulder to the attachment", unit="m", minimum=0.0, initially_from=_SOURCES),
-        vector("F_arm", XYZ, "Force of the arm on the vehicle at r_A, earth frame", unit="N", initially_from=_SOURCES),
+        switch("eta_m_valid", "Whether the arm is attached and measures", initially_from=_ATTACHED),
+        indexed(
+            "q", 6, "Joint angle as the encoder reads it", unit="rad", initially_from=(*_ATTACHED, "encoder_counts")
+        ),
+        Signal("reach", "Distance from the shoulder to the attachment", unit="m", minimum=0.0, initially_from=_REACH),
+        vector(
+            "F_arm",
+            XYZ,
+            "Force of the arm on the vehicle at r_A, earth frame",
+            unit="N",
+            initially_from=(*_ATTACHED, "stiffness", "preload"),
+        ),
     ),
     parameters=(
         indexed("L", 2, "Length of the link", unit="m", start=0.7, minimum=1e-3),
@@ -41,7 +50,7 @@ COMPONENT = Sampled(
         Signal("noise_correlation_time", "Correlation time of the noise; 0: white", unit="s", start=0.0, minimum=0.0),
         vector("bias", XYZ, "Constant error of the measured position", unit="m"),
         Signal("seed", "Selects the noise; runs with equal seeds repeat", type="Integer", start=1, minimum=0),
-        Signal("sample_time", "Time between samples", unit="s", start=0.03, minimum=1e-6),
+        Signal("sample_time", "Time between samples", unit="s", start=SAMPLE_TIME, minimum=1e-6),
         Signal("stiffness", "Stiffness of the arm's pull towards the attachment", unit="N/m", start=0.0, minimum=0.0),
         vector("preload", XYZ, "Constant part of the arm's pull, earth frame", unit="N"),
     ),

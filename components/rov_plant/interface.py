@@ -5,6 +5,8 @@ box of the vehicle's size: the inertias; the added mass in roll and pitch (yaw's
 the damping in roll and pitch (yaw's, scaled with the integral of |lever|^3 over the faces that move broadside).
 """
 
+from typing import Any
+
 import numpy as np
 
 from ..interface import (
@@ -27,14 +29,18 @@ from ..vehicle import (
     N_THRUSTERS,
     THETA,
     THRUSTER_PARAMETERS,
+    UNIT_DIRECTIONS,
     WEIGHT_PARAMETERS,
-    direction_error,
 )
 from . import equations
 
 _MASS_UNITS = ("kg", "kg", "kg", "kg.m2", "kg.m2", "kg.m2")
 _LINEAR_UNITS = ("N.s/m", "N.s/m", "N.s/m", "N.m.s/rad", "N.m.s/rad", "N.m.s/rad")
 _QUADRATIC_UNITS = ("N.s2/m2", "N.s2/m2", "N.s2/m2", "N.m.s2/rad2", "N.m.s2/rad2", "N.m.s2/rad2")
+_UPRIGHT: dict[str, Any] = {
+    "minimum": [*[-np.inf] * 4, -np.pi / 2, -np.inf],
+    "maximum": [*[np.inf] * 4, np.pi / 2, np.inf],
+}
 
 COMPONENT = Continuous(
     name="rov_plant",
@@ -52,16 +58,29 @@ COMPONENT = Continuous(
             POSE,
             "Pose of the vehicle in the earth frame",
             unit=POSE_UNITS,
-            minimum=[*[-np.inf] * 4, -np.pi / 2, -np.inf],
-            maximum=[*[np.inf] * 4, np.pi / 2, np.inf],
+            **_UPRIGHT,
+            initially_from=("eta_0",),
         ),
-        vector("nu", VELOCITY, "Velocity of the vehicle in the body frame", unit=VELOCITY_UNITS),
+        vector(
+            "nu",
+            VELOCITY,
+            "Velocity of the vehicle in the body frame",
+            unit=VELOCITY_UNITS,
+            initially_from=("nu_0",),
+        ),
         vector(
             "tau",
             WRENCH,
             "Wrench of the thrusters on the vehicle after limits and lag, body frame",
             unit=WRENCH_UNITS,
-            initially_from=("u",),
+            initially_from=(
+                "u",
+                "thruster_r",
+                "thruster_d",
+                "thruster_enabled",
+                "thrust_max",
+                "thruster_time_constant",
+            ),
         ),
     ),
     parameters=(
@@ -99,7 +118,7 @@ COMPONENT = Continuous(
             unit="N",
             tunable=True,
         ),
-        vector("eta_0", POSE, "Initial pose in the earth frame", unit=POSE_UNITS),
+        vector("eta_0", POSE, "Initial pose in the earth frame", unit=POSE_UNITS, **_UPRIGHT),
         vector("nu_0", VELOCITY, "Initial velocity in the body frame", unit=VELOCITY_UNITS),
         *THRUSTER_PARAMETERS,
         Signal("thruster_time_constant", "Time constant of the thrusters; 0: ideal", unit="s", minimum=0.0),
@@ -125,9 +144,6 @@ COMPONENT = Continuous(
             "Roll and pitch are locked at zero, but eta_0.phi, eta_0.theta, nu_0.p or nu_0.q is not zero: set these "
             "to 0 or lock_roll_pitch to false.",
         ),
-        Requirement(
-            lambda p: 1e-6 - direction_error(p.thruster_d),
-            "A thruster direction is not of unit length: normalise thruster[i].d.x/y/z.",
-        ),
+        UNIT_DIRECTIONS,
     ),
 )
