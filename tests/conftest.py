@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from pythonfmu.builder import FmuBuilder
+
 from rov_cosim.systems import session
 from rov_cosim.systems.catalogue import SYSTEMS
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import SimpleNamespace
 
 import numpy as np
+
 from rov_cosim.components.instance import Instance
 from rov_cosim.components.interface import Component
 

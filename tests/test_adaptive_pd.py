@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.signal import cont2discrete, dlsim
+
 from rig import Rig, inputs, parameters
 from rov_cosim.components import frames, vehicle
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.adaptive_pd import equations
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
-from scipy.signal import cont2discrete, dlsim
 
 RANDOM = np.random.default_rng(3)
 T = 0.03

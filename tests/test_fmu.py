@@ -12,6 +12,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 from lxml import etree
+
 from rig import Rig
 from rov_cosim.components.instance import ComponentError
 from rov_cosim.components.interface import Component

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from rov_cosim.components import frames
 from scipy.spatial.transform import Rotation
+
+from rov_cosim.components import frames
 
 RANDOM = np.random.default_rng(0)
 ATTITUDES = RANDOM.uniform([-np.pi, -1.5, -np.pi], [np.pi, 1.5, np.pi], (50, 3))

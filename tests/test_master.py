@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from fmpy import extract
+
 from rov_cosim.systems import ssp_reader, ssp_writer
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.declaration import System, wire

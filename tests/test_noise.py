@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from rov_cosim.components.noise import standard_normal
 from scipy import stats
+
+from rov_cosim.components.noise import standard_normal
 
 
 def test_bits_are_philox_of_salmon_et_al():

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+
 from rig import inputs, parameters
 from rov_cosim.components import frames, vehicle
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
@@ -11,7 +13,6 @@ from rov_cosim.components.rov_plant import equations as motion
 from rov_cosim.systems import ssp_reader
 from rov_cosim.systems.assessment import axes, errors, forces
 from rov_cosim.systems.master import gauss_seidel, jacobi, simulate
-from scipy.integrate import solve_ivp
 
 POSE = [f"rov_plant.eta.{axis}" for axis in ("x", "y", "z", "psi")]
 FORCES = {"dB": 5.0, "F_C": (4.0, 4.0, 0.0), "F_A": (8.0, 8.0, 0.0)}

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from rig import Rig, parameters
 from rov_cosim.components import frames
 from rov_cosim.components.passive_arm import COMPONENT as ARM
 from rov_cosim.components.passive_arm import equations
-from scipy.spatial.transform import Rotation
 
 RANDOM = np.random.default_rng(2)
 IDEAL = {"noise_std": 0.0, "encoder_counts": 0}
@@ -127,7 +128,7 @@ def test_noise_has_the_declared_deviation_and_bias():
 
 
 def test_coloured_noise_has_the_declared_deviation_and_correlation_time():
-    n, tau = 20000, 0.3
+    n, tau = 8000, 0.3
     x = measure({"noise_std": 0.01, "encoder_counts": 0, "noise_correlation_time": tau}, n)[:, :3]
     effective = n * 0.03 / (2 * tau)
     assert x.std(axis=0) == pytest.approx(0.01, rel=5 / np.sqrt(2 * effective))

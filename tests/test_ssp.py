@@ -10,6 +10,7 @@ from fmpy.model_description import Unknown
 from fmpy.ssp.ssd import read_ssd, read_ssv
 from fmpy.validation import validate_fmu
 from lxml import etree
+
 from rov_cosim.exporters import archive
 from rov_cosim.systems import container, ssp_reader, ssp_writer
 from rov_cosim.systems.catalogue import SYSTEMS

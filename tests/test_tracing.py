@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.passive_arm import COMPONENT as ARM
 from rov_cosim.components.rov_plant import COMPONENT as PLANT

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from rig import parameters
 from rov_cosim.components import frames, vehicle
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
