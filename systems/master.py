@@ -1,32 +1,18 @@
-"""The co-simulation master: FMPy's FMU2Slave, values handed on in preallocated arrays."""
+"""The co-simulation master: couplings of slaves, initial values, results."""
 
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
-from ctypes import POINTER, c_double, c_int, c_uint32, cast
 from dataclasses import replace
 from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
-from fmpy import calloc, free
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import (
-    FMU2Slave,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-    fmi2True,
-    fmi2Warning,
-)
-from fmpy.model_description import ModelVariable
 from numpy.typing import NDArray
 
-from .wiring import Element, Link, Wiring, WiringError
-
-_CTYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
-_DTYPES: dict[str, type] = {"Real": np.float64, "Integer": np.int32, "Boolean": np.bool_}
+from .slave import Slave
+from .wiring import Link, Wiring, WiringError
 
 PASSES = 100
 """Passes over the links, beyond one for each, in which initial values that follow each other must settle."""
@@ -40,83 +26,6 @@ class SimulationError(RuntimeError):
     def __init__(self, message: str, results: NDArray[Any]) -> None:
         super().__init__(message)
         self.results = results
-
-
-class _Block:
-    """Some variables of one type of one FMU, and the memory through which they are read or set."""
-
-    def __init__(self, fmu: FMU2Slave, type_: str, variables: list[ModelVariable]) -> None:
-        n = len(variables)
-        references = (c_uint32 * n)(*(variable.valueReference for variable in variables))
-        self.names = [variable.name for variable in variables]
-        memory = (_CTYPES[type_] * n)()
-        self.values = np.frombuffer(memory, dtype=np.dtype(_CTYPES[type_]))
-        self._get, self._set = getattr(fmu, f"fmi2Get{type_}"), getattr(fmu, f"fmi2Set{type_}")
-        self._arguments = (fmu.component, references, n, cast(memory, POINTER(_CTYPES[type_])))
-
-    def read(self) -> None:
-        self._get(*self._arguments)
-
-    def write(self) -> None:
-        self._set(*self._arguments)
-
-
-class Slave:
-    """An instantiated FMU of a system."""
-
-    def __init__(self, element: Element, warn: Callable[[str], None]) -> None:
-        self.element = element
-        self.errors: list[str] = []
-        description = element.description
-        self.fmu = FMU2Slave(
-            instanceName=element.name,
-            guid=description.guid,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            unzipDirectory=str(element.fmu),
-        )
-
-        def log(_: object, name: bytes, status: int, category: bytes, message: bytes) -> None:
-            text = message.decode(errors="replace")
-            if status > fmi2Warning:
-                self.errors.append(text.splitlines()[-1] if text else "")
-            elif status == fmi2Warning:
-                warn(f"{element.name}: {text}")
-
-        self._callbacks = fmi2CallbackFunctions()
-        self._callbacks.logger = fmi2CallbackLoggerTYPE(log)
-        self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
-        self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
-        self.fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
-        self.outputs: dict[str, _Block] = {}
-        self.inputs: dict[str, _Block] = {}
-
-    def prepare(self, wiring: Wiring) -> None:
-        """Set the start values and lay out the memory of outputs and connected inputs."""
-        variables = self.element.variables
-        for name, value in self.element.start_values.items():
-            variable = variables[name]
-            getattr(self.fmu, f"set{variable.type}")([variable.valueReference], [value])
-        connected = {link.target.variable for link in wiring.links if link.target.element == self.element.name}
-        for type_ in _CTYPES:
-            of_type = [v for v in variables.values() if v.type == type_]
-            if outputs := [v for v in of_type if v.causality == "output"]:
-                self.outputs[type_] = _Block(self.fmu, type_, outputs)
-            if inputs := [v for v in of_type if v.name in connected]:
-                self.inputs[type_] = _Block(self.fmu, type_, inputs)
-
-    def read(self) -> None:
-        """Read all outputs."""
-        for block in self.outputs.values():
-            block.read()
-
-    def write(self) -> None:
-        """Set all connected inputs."""
-        for block in self.inputs.values():
-            block.write()
-
-    def step(self, time: float, step: float) -> None:
-        """Advance from `time` by `step`, in s."""
-        self.fmu.fmi2DoStep(self.fmu.component, time, step, fmi2True)
 
 
 class Loop:
@@ -224,12 +133,7 @@ def simulate(
             for slave in slaves:
                 slave.prepare(wiring)
             loop = Loop(slaves, wiring.links)
-            fields = [
-                (f"{slave.element.name}.{name}", _DTYPES[type_])
-                for slave in slaves
-                for type_, block in slave.outputs.items()
-                for name in block.names
-            ]
+            fields = [field for slave in slaves for field in slave.fields]
             rows = np.empty((n_steps + 1, len(fields)))
             _initialize(loop, wiring.start_time)
             rows[0], done = loop.values(), 1

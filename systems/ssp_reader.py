@@ -3,7 +3,6 @@
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile, ZipFile
@@ -12,7 +11,7 @@ from fmpy import read_model_description
 from lxml import etree
 
 from ..components.interface import SAMPLE_TIME
-from .ssp_writer import NAMESPACES
+from .ssp_xml import NAMESPACES, STANDARD, parse_strictly
 from .wiring import (
     BASE_UNITS,
     TYPES,
@@ -28,42 +27,6 @@ from .wiring import (
     suggestion,
     units_of,
 )
-
-_STANDARD = {prefix: NAMESPACES[prefix] for prefix in ("ssd", "ssc", "ssv")}
-_READ = {
-    "ssd": {
-        "SystemStructureDescription",
-        "System",
-        "Elements",
-        "Component",
-        "Connectors",
-        "Connector",
-        "Connections",
-        "Connection",
-        "ParameterBindings",
-        "ParameterBinding",
-        "ParameterValues",
-        "Units",
-        "DefaultExperiment",
-    },
-    "ssc": {"Unit", "BaseUnit", *TYPES},
-    "ssv": {"ParameterSet", "Parameters", "Parameter", "Units", *TYPES},
-}
-_IGNORED = {
-    "Annotations",
-    "ElementGeometry",
-    "ConnectorGeometry",
-    "ConnectionGeometry",
-    "SystemGeometry",
-    "GraphicalElements",
-}
-# Attributes that change the meaning, with the values that this reader honours.
-_HONOURED = {
-    ("ParameterBinding", "sourceBase"): ("SSD",),
-    ("ParameterBinding", "type"): ("application/x-ssp-parameter-set",),
-    ("Component", "type"): ("application/x-fmu-sharedlibrary",),
-    ("Component", "implementation"): ("any", "CoSimulation"),
-}
 
 
 @contextmanager
@@ -111,9 +74,9 @@ class _Reader:
         document = self._parse("SystemStructure.ssd", "SystemStructureDescription.xsd")
         if document is None:
             raise WiringError(self.where, self.problems)
-        system = document.find("ssd:System", _STANDARD)
+        system = document.find("ssd:System", STANDARD)
         units = _units(document)
-        components = system.findall("ssd:Elements/ssd:Component", _STANDARD)
+        components = system.findall("ssd:Elements/ssd:Component", STANDARD)
         if not components:
             self.problems.append("SystemStructure.ssd: the system has no component.")
         elements = [self._element(i, component, units) for i, component in enumerate(components)]
@@ -131,22 +94,11 @@ class _Reader:
         return wiring
 
     def _parse(self, name: str, schema: str) -> etree._Element | None:
-        """Return the root of an XML file that is valid and holds nothing that this reader would pass over."""
         try:
-            root = etree.parse(self.root / name).getroot()
-        except OSError:
-            self.problems.append(f"The archive has no {name}.")
+            return parse_strictly(self.root, name, schema)
+        except WiringError as error:
+            self.problems += str(error).splitlines()
             return None
-        except etree.XMLSyntaxError as error:
-            self.problems.append(f"{name} is not well-formed XML: {error}.")
-            return None
-        validator = etree.XMLSchema(file=str(files("fmpy.ssp") / "schema" / schema))
-        if not validator.validate(root):
-            self.problems += [f"{name}, line {entry.line}: {entry.message}" for entry in validator.error_log]
-            return None
-        unknown = [f"{name}, line {line}: {what} is not supported." for line, what in _unsupported(root)]
-        self.problems += unknown
-        return None if unknown else root
 
     def _element(self, i: int, component: etree._Element, units: Mapping[str, Base]) -> Element | None:
         name, source = component.get("name"), component.get("source")
@@ -172,7 +124,7 @@ class _Reader:
         return Element(name, folder, description, self._values(self._bound(component), element))
 
     def _check_connectors(self, component: etree._Element, element: Element, units: Mapping[str, Base]) -> None:
-        for connector in component.iterfind("ssd:Connectors/ssd:Connector", _STANDARD):
+        for connector in component.iterfind("ssd:Connectors/ssd:Connector", STANDARD):
             name, kind = connector.get("name"), connector.get("kind")
             where, variable = f"Connector {element.name}.{name}", element.variables.get(name)
             if variable is None:
@@ -207,16 +159,16 @@ class _Reader:
 
     def _bound(self, owner: etree._Element) -> Iterator[_Bound]:
         """Yield the parameters bound to a component or system."""
-        for binding in owner.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", _STANDARD):
+        for binding in owner.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", STANDARD):
             prefix, source = binding.get("prefix", ""), binding.get("source")
             if source is None:
-                parameter_set = binding.find("ssd:ParameterValues/ssv:ParameterSet", _STANDARD)
+                parameter_set = binding.find("ssd:ParameterValues/ssv:ParameterSet", STANDARD)
             else:
                 parameter_set = self._parse(source, "SystemStructureParameterValues.xsd")
             if parameter_set is None:
                 continue
             seen: set[str] = set()
-            for parameter in parameter_set.iterfind("ssv:Parameters/ssv:Parameter", _STANDARD):
+            for parameter in parameter_set.iterfind("ssv:Parameters/ssv:Parameter", STANDARD):
                 name = prefix + parameter.get("name")
                 if name in seen:
                     self.problems.append(f"Parameter {name} stands twice in one parameter set: remove one.")
@@ -237,7 +189,7 @@ class _Reader:
             yield Element(e.name, e.fmu, e.description, values)
 
     def _links(self, system: etree._Element) -> Iterator[Link]:
-        for connection in system.iterfind("ssd:Connections/ssd:Connection", _STANDARD):
+        for connection in system.iterfind("ssd:Connections/ssd:Connection", STANDARD):
             source, target = connection.get("startElement"), connection.get("endElement")
             start, end = connection.get("startConnector"), connection.get("endConnector")
             if source is None:
@@ -249,7 +201,7 @@ class _Reader:
                 yield Link(End(source, start), End(target, end))
 
     def _time(self, document: etree._Element, attribute: str, default: str | None) -> float:
-        experiment = document.find("ssd:DefaultExperiment", _STANDARD)
+        experiment = document.find("ssd:DefaultExperiment", STANDARD)
         literal = default if experiment is None else experiment.get(attribute, default)
         if literal is None:
             self.problems.append(f"SystemStructure.ssd: the DefaultExperiment has no {attribute}: give it one.")
@@ -271,30 +223,8 @@ class _Reader:
 def _units(root: etree._Element) -> dict[str, Base]:
     """Return what the units defined in an SSD or SSV mean, by name."""
     units = {}
-    for unit in root.iterfind("{*}Units/ssc:Unit", _STANDARD):
-        base = unit.find("ssc:BaseUnit", _STANDARD)
+    for unit in root.iterfind("{*}Units/ssc:Unit", STANDARD):
+        base = unit.find("ssc:BaseUnit", STANDARD)
         exponents = (float(base.get(name, 0)) for name in BASE_UNITS)
         units[unit.get("name")] = (*exponents, float(base.get("factor", 1)), float(base.get("offset", 0)))
     return units
-
-
-def _unsupported(root: etree._Element) -> Iterator[tuple[int, str]]:
-    """Yield line and name of what means something that this reader does not do."""
-    prefixes = {namespace: prefix for prefix, namespace in _STANDARD.items()}
-    pending = [root]
-    while pending:
-        node = pending.pop()
-        if not isinstance(node.tag, str):
-            continue
-        name = etree.QName(node)
-        prefix = prefixes.get(name.namespace)
-        if name.localname in _IGNORED:
-            continue
-        nested = name.localname == "System" and node.getparent() is not root
-        if prefix is None or name.localname not in _READ[prefix] or nested:
-            yield node.sourceline, f"a nested {name.localname}" if nested else name.localname
-            continue
-        for (element, attribute), honoured in _HONOURED.items():
-            if name.localname == element and node.get(attribute, honoured[0]) not in honoured:
-                yield node.sourceline, f'{attribute}="{node.get(attribute)}" of a {element}'
-        pending.extend(reversed(node))

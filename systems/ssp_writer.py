@@ -12,15 +12,9 @@ from lxml import etree
 from ..exporters import archive
 from ..exporters.model_description import literal
 from . import container
+from .ssp_xml import NAMESPACES
 from .wiring import BASE_UNITS, Element, Wiring
 
-NAMESPACES = {
-    "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
-    "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
-    "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
-    "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations",
-    "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
-}
 PARAMETER_SET = "nominal"
 
 

@@ -19,7 +19,7 @@ from rov_cosim.components.interface import Component
 from rov_cosim.components.vehicle import THETA
 from rov_cosim.exporters import archive, pythonfmu_export
 from rov_cosim.exporters.build import components
-from rov_cosim.systems.master import Slave
+from rov_cosim.systems.slave import Slave
 from rov_cosim.systems.wiring import Element
 
 COMPONENTS = components()

@@ -15,10 +15,11 @@ from rov_cosim.exporters import archive
 from rov_cosim.systems import container, ssp_reader, ssp_writer
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.declaration import System, wire
+from rov_cosim.systems.ssp_xml import NAMESPACES
 from rov_cosim.systems.wiring import WiringError
 
 NAMES = list(SYSTEMS)
-NS = ssp_writer.NAMESPACES
+NS = NAMESPACES
 
 
 def schema(name):
@@ -141,8 +142,8 @@ PLANT = "resources__rov_plant_DOT_fmu"
 VALUES = "resources__rov_plant_DOT_ssv"
 TRANSFORMATION = '<ssc:LinearTransformation factor="2"/>'
 BREAKS = {
-    "no structure": ({SSD: None}, ["The archive has no SystemStructure.ssd."]),
-    "not XML": ({SSD: b"<ssd:System"}, ["SystemStructure.ssd is not well-formed XML"]),
+    "no structure": ({SSD: None}, ["SystemStructure.ssd: The archive has no such file."]),
+    "not XML": ({SSD: b"<ssd:System"}, ["SystemStructure.ssd: This is not well-formed XML"]),
     "unknown element": ({SSD: swap(("<ssd:Elements>", "<ssd:Elements><ssd:Gadget/>"))}, ["Gadget"]),
     "transformation": (
         {SSD: swap(('endConnector="eta.x"/>', f'endConnector="eta.x">{TRANSFORMATION}</ssd:Connection>'))},
@@ -185,7 +186,7 @@ BREAKS = {
             "rov_plant.F_C.x: expected a finite number, got 'NaN'",
         ],
     ),
-    "missing parameter set": ({VALUES: None}, ["The archive has no resources/rov_plant.ssv."]),
+    "missing parameter set": ({VALUES: None}, ["resources/rov_plant.ssv: The archive has no such file."]),
     "external signal": (
         {SSD: swap(('startElement="rov_plant" startConnector="eta.x"', 'startConnector="eta.x"'))},
         ["Connection eta.x -> passive_arm.eta.x wants an external signal"],
