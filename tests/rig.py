@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from rov_cosim.components.instance import Instance
-from rov_cosim.components.interface import Component
+from rov_cosim.components.interface import Component, Layout
 
 
 class Rig:
@@ -57,17 +57,17 @@ class Rig:
 
 def parameters(component: Component, **values) -> SimpleNamespace:
     """Return the parameter namespace that the equations see, with some values by key."""
-    p = component.p.unpack(component.p.start.copy())
-    for key, value in values.items():
-        assert hasattr(p, key), key
-        setattr(p, key, np.asarray(value, dtype=float) if np.ndim(value) else float(value))
-    return p
+    return _changed(component.p, values)
 
 
 def inputs(component: Component, **values) -> SimpleNamespace:
     """Return the input namespace that the equations see, with some values by key."""
-    u = component.u.unpack(component.u.start.copy())
+    return _changed(component.u, values)
+
+
+def _changed(layout: Layout, values: Mapping[str, object]) -> SimpleNamespace:
+    namespace = layout.unpack(layout.start.copy())
     for key, value in values.items():
-        assert hasattr(u, key), key
-        setattr(u, key, np.asarray(value, dtype=float) if np.ndim(value) else float(value))
-    return u
+        assert hasattr(namespace, key), key
+        setattr(namespace, key, np.asarray(value, dtype=float) if np.ndim(value) else float(value))
+    return namespace

@@ -1,16 +1,17 @@
 """The command as a user types it: what it prints, what it writes, how it fails."""
 
 import csv
+import os
 import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from rov_cosim.systems import session
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.command import main
 
@@ -110,15 +111,18 @@ def test_a_run_that_fails_midway_keeps_its_results(archives, tmp_path):
     assert len((tmp_path / "station_keeping.csv").read_text().splitlines()) > 10
 
 
-def test_ctrl_c_keeps_the_results(archives, tmp_path):
-    command = [sys.executable, "-m", "rov_cosim.systems.command", "run", "station_keeping", "--output", tmp_path]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(4)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
-    assert process.returncode == 1
-    assert "Interrupted at" in errors
-    assert len((tmp_path / "station_keeping.csv").read_text().splitlines()) > 10
+def test_ctrl_c_keeps_the_results(archives, tmp_path, monkeypatch):
+    def interrupted(steps):
+        for n in steps:
+            if n == 20:
+                os.kill(os.getpid(), signal.SIGINT)
+            yield n
+
+    monkeypatch.setattr(session, "_progress", interrupted)
+    done = call("run", "station_keeping", "--output", tmp_path)
+    assert done.exit_code == 1
+    assert "Interrupted at 0.6 s. The results so far are in" in " ".join(done.output.split())
+    assert len((tmp_path / "station_keeping.csv").read_text().splitlines()) == 1 + 21
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
