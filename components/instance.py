@@ -16,7 +16,7 @@ from .interface import Component, Layout
 from .stepping import Result, Vector
 
 TIME_TOLERANCE = 1e-9
-"""Relative (at least absolute, in s) tolerance on the communication point; shorter steps change nothing else."""
+"""Tolerance on the communication point, relative to the time since the start, at least in s; also the shortest step."""
 
 _HEADER = struct.Struct("<16s5dq")
 
@@ -78,8 +78,7 @@ class Instance:
         bad = ~self._legal(new, index)
         if bad.any():
             raise ComponentError(self._range_message(int(index[bad][0]), float(new[bad][0])))
-        is_output = (index >= self._outputs.start) & (index < self._outputs.stop)
-        if is_output.any():
+        if (is_output := self._is_output(index)).any():
             name = self._names[index[is_output][0]]
             raise ComponentError(f"{name} is an output: only inputs and parameters can be set.")
         if self.phase >= Phase.RUNNING and self._is_fixed[index].any():
@@ -96,9 +95,10 @@ class Instance:
         ------
         ComponentError : the parameters are inconsistent, or yield initial values out of range.
         """
-        if self.phase < Phase.RUNNING and self._stale:
+        index = np.asarray(references, dtype=np.intp)
+        if self.phase < Phase.RUNNING and self._stale and self._is_output(index).any():
             self._preview()
-        values: list[float] = self._values[np.asarray(references, dtype=np.intp)].tolist()
+        values: list[float] = self._values[index].tolist()
         return values
 
     def set_start_time(self, start_time: float) -> None:
@@ -129,7 +129,8 @@ class Instance:
             inconsistent, or the result leaves its range. The state is then that before the step.
         """
         self._expect(Phase.RUNNING, "A step can be taken")
-        if not abs(time - self.time) <= TIME_TOLERANCE * max(1.0, abs(self.time)):
+        elapsed = self.time - self._start_time
+        if not abs(time - self.time) <= TIME_TOLERANCE * max(1.0, elapsed) + 4 * np.spacing(abs(self.time)):
             raise ComponentError(f"Expected the communication point {self.time:.9g} s but was {time:.9g} s.")
         if not 0 < step < np.inf:
             raise ComponentError(f"The step size is {step:g} s; expected a positive number of seconds.")
@@ -204,6 +205,9 @@ class Instance:
             i = int(np.argmin(legal))
             reason = self._range_message(self._outputs.start + i, y[i])
             raise ComponentError(f"{what}: {reason} Check the inputs and parameters, or take a shorter step.")
+
+    def _is_output(self, index: NDArray[np.intp]) -> NDArray[np.bool_]:
+        return (index >= self._outputs.start) & (index < self._outputs.stop)
 
     def _legal(self, values: Vector, where: slice | NDArray[np.intp]) -> NDArray[np.bool_]:
         return np.isfinite(values) & (values >= self._minimum[where]) & (values <= self._maximum[where])

@@ -6,7 +6,7 @@ which exporters store and save, are turned into such namespaces and back by `Lay
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from types import SimpleNamespace
@@ -179,7 +179,7 @@ class Component:
     states: tuple[Signal, ...]
     initial_state: Callable[[SimpleNamespace], Mapping[str, Any]]
     requirements: tuple[Requirement, ...] = ()
-    notices: tuple[Notice, ...] = field(default=())
+    notices: tuple[Notice, ...] = ()
 
     @cached_property
     def u(self) -> Layout:

@@ -2,8 +2,8 @@
 
 import os
 import tempfile
+import zlib
 from collections.abc import Mapping
-from hashlib import sha256
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile, ZipInfo
 
@@ -12,16 +12,8 @@ RELEASED = (2026, 11, 21)
 
 
 def write(path: Path, entries: Mapping[str, bytes]) -> bool:
-    """Write a zip archive of `entries`, name to content, unless `path` holds just these; tell whether it was written.
-
-    The archive's comment is the digest of its entries, by which a later call knows it.
-    """
-    digest = sha256()
-    for name in sorted(entries):
-        digest.update(f"{name}\0{len(entries[name])}\0".encode())
-        digest.update(entries[name])
-    comment = digest.hexdigest().encode()
-    if _comment(path) == comment:
+    """Write a zip archive of `entries`, name to content, unless `path` holds just these; tell whether it did."""
+    if _is_current(path, entries):
         return False
     path.parent.mkdir(parents=True, exist_ok=True)
     # Written beside and renamed, so that whoever reads meanwhile never sees half an archive.
@@ -29,7 +21,6 @@ def write(path: Path, entries: Mapping[str, bytes]) -> bool:
     os.close(handle)
     try:
         with ZipFile(unfinished, "w", ZIP_DEFLATED) as archive:
-            archive.comment = comment
             for name in sorted(entries):
                 info = ZipInfo(name, date_time=(*RELEASED, 0, 0, 0))
                 info.compress_type = ZIP_DEFLATED
@@ -49,9 +40,8 @@ def read(path: Path) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
 
 
-def _comment(path: Path) -> bytes | None:
+def _is_current(path: Path, entries: Mapping[str, bytes]) -> bool:
     try:
-        with ZipFile(path) as archive:
-            return archive.comment
-    except (FileNotFoundError, BadZipFile):
-        return None
+        return read(path) == dict(entries)
+    except (OSError, BadZipFile, zlib.error):
+        return False

@@ -90,8 +90,8 @@ def _table(title: str, signals: tuple[Signal, ...]) -> str:
     for signal in signals:
         cells = {
             "Name": f"<code>{escape(_names(signal))}</code>",
-            "Unit": escape(_summary(signal.units)),
-            "Start": _summary([_short(value, signal) for value in signal.elements(signal.start)]),
+            "Unit": escape(", ".join(dict.fromkeys(signal.units))),
+            "Start": _start(signal),
             "Range": "" if signal.type == "Boolean" else _range(signal),
             "During a run": "tunable" if signal.tunable else "fixed",
             "Description": escape(signal.description),
@@ -103,6 +103,15 @@ def _table(title: str, signals: tuple[Signal, ...]) -> str:
 def _names(signal: Signal) -> str:
     labels = [f"1..{len(axis)}" if axis[0] == "1" else "/".join(axis) for axis in signal.axes]
     return (signal.pattern or signal.key).format(*labels)
+
+
+def _start(signal: Signal) -> str:
+    """Return the start values, a line for each row of a table."""
+    values = [_short(value, signal) for value in signal.elements(signal.start)]
+    if len(signal.axes) < 2:
+        return _summary(values)
+    width = signal.shape[-1]
+    return "<br>".join(", ".join(values[i : i + width]) for i in range(0, len(values), width))
 
 
 def _summary(values: list[str] | tuple[str, ...]) -> str:

@@ -4,6 +4,7 @@ import atexit
 import ctypes
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache, wraps
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar, cast
@@ -51,9 +52,10 @@ def _release_interpreter_once(library: Path) -> None:
     On Linux its exit handlers release it twice, after which the heap is sometimes found corrupted: a run that was fine
     ends with an abort. Released early, it is gone when they come.
     """
-    if hasattr(os, "RTLD_NOLOAD") and library.is_file():
-        loaded = ctypes.CDLL(str(library), mode=os.RTLD_NOLOAD | os.RTLD_NOW)
-        atexit.register(loaded.finalizePythonInterpreter)
+    if hasattr(os, "RTLD_NOLOAD"):
+        with suppress(OSError):  # a host may have loaded the library from elsewhere
+            loaded = ctypes.CDLL(str(library), mode=os.RTLD_NOLOAD | os.RTLD_NOW)
+            atexit.register(loaded.finalizePythonInterpreter)
 
 
 class ComponentSlave(Fmi2Slave):

@@ -84,11 +84,7 @@ def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
     if theta is None or any(point is None for point in points) or "adaptive_pd.disturbance.X" not in names:
         return []
     eta = np.array([results[f"rov_plant.eta.{axis}"][-1] for axis in POSE])
-    sources = [wiring.source(f"rov_plant.F_arm.{axis}") for axis in XYZ]
-    pull = [
-        results[str(source)][-1] if source else wiring.value(f"rov_plant.F_arm.{axis}") or 0.0
-        for source, axis in zip(sources, XYZ, strict=True)
-    ]
+    pull = [np.ravel(_input(results, wiring, f"rov_plant.F_arm.{axis}"))[-1] for axis in XYZ]
     true = disturbance_map(eta, *points) @ theta + wrench(points[2], rotation(eta[3:6]).T @ np.array(pull))
     # In the four-DOF form roll and pitch are not adapted, so their estimates mean nothing.
     estimated = WRENCH if wiring.value("adaptive_pd.control_roll_pitch") else ("X", "Y", "Z", "N")
@@ -100,19 +96,29 @@ def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
 
 def report(results: NDArray[Any], wiring: Wiring) -> str:
     """Return a short table of `axes` and `forces`."""
-    lines = [f"{'axis':6} {'settles [s]':>12} {'final':>11} {'mean > 40 s':>12} {'worst > 40 s':>13}"]
+    lines = [f"{'axis':6} {'settles [s]':>12} {'final':>11} {f'mean > {HOLD:g} s':>12} {f'worst > {HOLD:g} s':>13}"]
     for axis in axes(results, wiring):
         unit, scale = ("deg", 180 / np.pi) if axis.name == "psi" else ("mm", 1e3)
         settling = "never" if axis.settling is None else f"{axis.settling:.2f}"
         cells = ["-" if v is None else f"{v * scale:.2f} {unit}" for v in (axis.final, axis.mean, axis.worst)]
         lines.append(f"{axis.name:6} {settling:>12} {cells[0]:>11} {cells[1]:>12} {cells[2]:>13}")
-    lines.append("Settled: within 20 mm and 2 deg of the set-point until the end.")
+    limits = f"{SETTLED['x'] * 1e3:g} mm, or {np.degrees(SETTLED['psi']):g} deg"
+    lines.append(f"settles: after this time the error stays within {limits}.")
     if found := forces(results, wiring):
-        lines += ["", f"{'disturbance':12} {'estimated':>11} {'true':>11}   body frame, at the end"]
+        lines += [
+            "",
+            f"{'disturbance':12} {'estimated':>11} {'true':>11}   body frame, at the end; true: without current",
+        ]
         for force in found:
             unit = "N" if force.name in "XYZ" else "N m"
             lines.append(f"{force.name:12} {force.estimated:>11.3f} {force.true:>11.3f}   {unit}")
     return "\n".join(lines)
+
+
+def _input(results: NDArray[Any], wiring: Wiring, end: str) -> Any:
+    """Return what an input had: its source's results if it is connected, else its start value; 0 if there is none."""
+    source = wiring.source(end)
+    return results[str(source)] if source else wiring.value(end) or 0.0
 
 
 def _values(wiring: Wiring, prefix: str, labels: tuple[str, ...]) -> NDArray[np.float64] | None:

@@ -21,6 +21,8 @@ class _Command(click.Group):
     def invoke(self, context: click.Context) -> Any:
         try:
             return super().invoke(context)
+        except BrokenPipeError:
+            raise  # click ends quietly
         except (WiringError, SimulationError, OSError) as error:
             raise click.ClickException(str(error)) from error
 
@@ -127,7 +129,7 @@ def compare(
         if not assessable(results):
             raise click.UsageError(f"{label} has no vehicle rov_plant with a pose eta: there is nothing to compare.")
         runs[label] = (results, wiring)
-    path = output or session.results_folder() / f"{'-'.join(Path(label).stem for label in runs)}.png"
+    path = output or session.results_folder() / f"compare-{'-'.join(Path(label).stem for label in runs)}.png"
     plot_comparison(runs, path)
     click.echo(path)
 

@@ -79,6 +79,7 @@ def _description(wiring: Wiring, exposed: dict[End, tuple[ModelVariable, Value |
     description = ModelDescription(
         fmiVersion="2.0",
         modelName=wiring.name,
+        description=wiring.description or None,
         generationTool=first.generationTool,
         generationDateAndTime=first.generationDateAndTime,
         variableNamingConvention="structured",

@@ -7,7 +7,7 @@ from pathlib import Path
 from fmpy import read_model_description
 
 from ..components.interface import SAMPLE_TIME
-from .wiring import Element, End, Link, Value, Wiring, WiringError
+from .wiring import Element, End, Link, Value, Wiring, WiringError, suggestion
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,8 @@ def wire(system: System, fmus: Mapping[str, Path]) -> Wiring:
     ------
     WiringError : everything that is wrong with the declaration.
     """
+    if unknown := [fmu for fmu in system.elements.values() if fmu not in fmus]:
+        raise WiringError(system.name, [f"There is no FMU {fmu}." + suggestion(fmu, fmus) for fmu in unknown])
     elements = tuple(
         Element(name, fmus[fmu], read_model_description(str(fmus[fmu])), system.parameters.get(name, {}))
         for name, fmu in system.elements.items()
@@ -57,7 +59,9 @@ def wire(system: System, fmus: Mapping[str, Path]) -> Wiring:
             problems.append(f"Connection {source} -> {target}: the variables do not pair up.")
             continue
         links += [Link(groups[0][suffix], groups[1][suffix]) for suffix in groups[0]]
-    wiring = Wiring(system.name, elements, tuple(links), system.stop_time, system.step_size)
+    wiring = Wiring(
+        system.name, elements, tuple(links), system.stop_time, system.step_size, description=system.description
+    )
     problems += wiring.problems()
     if problems:
         raise WiringError(system.name, problems)

@@ -125,6 +125,9 @@ def simulate(
     if problems := wiring.problems():
         raise WiringError(wiring.name, problems)
     n_steps = int(np.floor((wiring.stop_time - wiring.start_time) / wiring.step_size * (1 + 1e-9)))
+    end = wiring.start_time + n_steps * wiring.step_size
+    if wiring.stop_time - end > 1e-6 * wiring.step_size:
+        warn(f"The run ends at {end:.9g} s, the last whole step before {wiring.stop_time:.9g} s.")
     rows = np.empty((n_steps + 1, 0))
     done = 0
     fields: list[tuple[str, type]] = []
@@ -201,9 +204,9 @@ def _deferred_interrupt() -> Iterator[list[int]]:
 
 
 def _explain(slaves: list[Slave], error: FMICallException) -> str:
-    """Return what the failing FMU logged, and the call that failed."""
+    """Return what the failing FMU logged, or else the call that failed."""
     messages = [f"{slave.element.name}: {text}" for slave in slaves for text in dict.fromkeys(slave.errors)]
-    return " ".join([*messages, f"({error})"]) if messages else str(error)
+    return " ".join(messages) or str(error)
 
 
 def _table(rows: NDArray[np.float64], fields: list[tuple[str, type]], wiring: Wiring) -> NDArray[Any]:

@@ -1,7 +1,7 @@
 """Case 4.1 of Hoang & Kreuzer 2007: the simulation, with four degrees of freedom and ideal measurement.
 
 Gains, forces and start are the paper's. The adaptation gain is inferred: with the lever arms of `components.vehicle`,
-40 I lets each axis enter 2 cm at 29 s, where the paper reads "about 30 s" (20 I: 39 s, 50 I: 27 s).
+40 I lets each axis enter 2 cm at 29 s, where the paper reads "about 30 s".
 """
 
 from rov_cosim.components.vehicle import THETA

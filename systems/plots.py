@@ -1,41 +1,46 @@
-"""Figures of runs, in the manner of the paper's figures 4 to 7 and 9 to 12."""
+"""Figures of runs, in the manner of the paper's figures 4 to 7 and 9 to 12; the band is that of a settled axis."""
 
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from numpy.typing import NDArray
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 from ..components.interface import POSE
-from .assessment import AXES, errors
+from .assessment import AXES, SETTLED, errors, forces
 from .wiring import Wiring
 
 Run = tuple[NDArray[Any], Wiring]
 
-_LABELS = {"x": "x error [m]", "y": "y error [m]", "z": "z error [m]", "psi": "yaw error [rad]"}
+_LABELS = {"x": "x error [m]", "y": "y error [m]", "z": "z error [m]", "psi": "yaw error [deg]"}
+_SCALES = {"x": 1.0, "y": 1.0, "z": 1.0, "psi": 180 / np.pi}
 
 
 def plot_run(run: Run, path: Path) -> None:
     """Write a PNG of one run: the pose error, the thrusters and the estimated disturbance where the system has them."""
-    results, _ = run
+    results, wiring = run
     figure, panels = plt.subplots(3, 2, figsize=(10, 9), sharex=True, layout="constrained")
     _plot_errors(panels.flat[:4], {"": run})
+    true = {force.name: force.true for force in forces(results, wiring)}
     groups = [
         ("rov_plant.tau.", "thruster wrench [N, N m]"),
-        ("adaptive_pd.disturbance.", "estimated disturbance [N, N m]"),
+        ("adaptive_pd.disturbance.", "estimated (dashed: true) disturbance [N, N m]"),
     ]
     for panel, (prefix, label) in zip(panels[2], groups, strict=True):
-        for name in ("X", "Y", "Z", "N"):
+        for i, name in enumerate(("X", "Y", "Z", "N")):
             if f"{prefix}{name}" in (results.dtype.names or ()):
-                panel.plot(results["time"], results[f"{prefix}{name}"], linewidth=1, label=name)
+                panel.plot(results["time"], results[f"{prefix}{name}"], color=f"C{i}", linewidth=0.8, label=name)
+            if panel is panels[2, 1] and name in true:
+                panel.axhline(true[name], color=f"C{i}", linewidth=0.8, linestyle="--")
         _finish(panel, label)
         panel.legend(ncols=4, fontsize="small")
         panel.set_xlabel("time [s]")
-    figure.suptitle(run[1].name)
+    figure.suptitle(wiring.name)
     _save(figure, path)
 
 
@@ -52,7 +57,10 @@ def plot_comparison(runs: Mapping[str, Run], path: Path) -> None:
 def _plot_errors(panels: Any, runs: Mapping[str, Run]) -> None:
     for panel, name in zip(panels, AXES, strict=True):
         for label, (results, wiring) in runs.items():
-            panel.plot(results["time"], errors(results, wiring)[:, POSE.index(name)], linewidth=1.2, label=label)
+            error = _SCALES[name] * errors(results, wiring)[:, POSE.index(name)]
+            panel.plot(results["time"], error, linewidth=1.2, label=label)
+        settled = _SCALES[name] * SETTLED[name]
+        panel.axhspan(-settled, settled, color="C2", alpha=0.2, linewidth=0)
         panel.axhline(0.0, color="black", linewidth=0.6)
         _finish(panel, _LABELS[name])
 

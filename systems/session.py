@@ -95,6 +95,7 @@ def run(
         click.echo(report(results, wiring))
         click.echo(f"\n{csv}\n{csv.with_suffix('.png')}")
     else:
+        click.echo("There is no vehicle rov_plant with a pose eta in it, so nothing is assessed or drawn.")
         click.echo(csv)
     return results, wiring
 

@@ -87,6 +87,7 @@ class _Reader:
             start_time=self._time(document, "startTime", "0"),
             stop_time=self._time(document, "stopTime", None),
             step_size=self._step_size(document),
+            description=document.get("description", ""),
         )
         self.problems += wiring.problems()
         if self.problems:
@@ -149,6 +150,10 @@ class _Reader:
                 self.problems.append(f"There is no parameter {element.name}.{name}." + hint)
                 continue
             where, unit = f"Parameter {element.name}.{name}", typed.get("unit")
+            type_ = etree.QName(typed).localname
+            if type_ != variable.type and (type_, variable.type) != ("Integer", "Real"):
+                self.problems.append(f"{where}: type {type_} does not match {variable.type}.")
+                continue
             if not same_unit(unit, _units(parameter_set), variable.unit, units_of(element.description)):
                 self.problems.append(f"{where}: unit {unit} does not match {variable.unit}.")
             try:

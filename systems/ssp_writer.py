@@ -36,6 +36,8 @@ def write(wiring: Wiring, path: Path, plain: bool = False) -> bool:
 def system_structure(wiring: Wiring) -> bytes:
     """Return the SystemStructure.ssd of a system."""
     root = etree.Element(_tag("ssd:SystemStructureDescription"), nsmap=NAMESPACES, version="1.0", name=wiring.name)
+    if wiring.description:
+        root.set("description", wiring.description)
     system = _child(root, "ssd:System", name=wiring.name)
     elements = _child(system, "ssd:Elements")
     for element in wiring.elements:

@@ -85,6 +85,7 @@ class Wiring:
     stop_time: float
     step_size: float
     start_time: float = 0.0
+    description: str = ""
 
     def value(self, end: str) -> Value | None:
         """Return the start value of ``element.variable``, or None if the system has no such variable."""
@@ -186,6 +187,8 @@ class Wiring:
 def parse(literal: str, type_: str) -> Value:
     """Return the value that a literal stands for in a variable of an FMI type; ValueError if it is none."""
     text = literal.strip()
+    if type_ not in TYPES:
+        raise ValueError(f"type {type_} is not supported; {', '.join(TYPES)} are")
     if type_ == "Boolean":
         values = {"true": True, "1": True, "false": False, "0": False}
         if text.lower() not in values:

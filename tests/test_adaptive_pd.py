@@ -8,6 +8,7 @@ from rig import Rig, inputs, parameters
 from rov_cosim.components import frames, vehicle
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.adaptive_pd import equations
+from rov_cosim.components.noise import standard_normal
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
 
 RANDOM = np.random.default_rng(3)
@@ -180,7 +181,7 @@ def test_a_gain_of_zero_leaves_its_force_alone():
 
 
 def test_saturation_does_not_wind_the_estimate_up():
-    free, limited = controller(), controller(thrust_max=5.0)
+    free, limited = controller(use_measured_velocity=1), controller(use_measured_velocity=1, thrust_max=5.0)
     for rig in (free, limited):
         rig.set({"eta_m.x": 2.0})  # out of reach of the thrusters for long
         rig.run(20.0)
@@ -221,6 +222,39 @@ def test_saturation_in_one_axis_lets_the_others_adapt():
     rig.run(3.0)
     assert rig.get("saturated") == 1
     assert rig.get("disturbance")[2] > 0.5
+
+
+def test_noise_that_saturates_leaves_no_offset():
+    # Heave needs 25 N of 36 N, so the noise of the damping term clips the thrusters every so often, on one side.
+    true = {"dB": 17.0, "F_A.z": 8.0}
+    plant = Rig(PLANT, {**true, "max_step": 0.03}).start()
+    rig = controller(thrust_max=9.0, **{f"theta_hat_0.{force}": value for force, value in true.items()})
+    z, saturated = [], []
+    for k in range(round(30 / T)):
+        rig.put("eta_m", plant.get("eta") + 0.005 * standard_normal(1, k, 6) * [1, 1, 1, 0, 0, 0])
+        rig.step()
+        plant.put("u", rig.get("u"))
+        plant.step()
+        z.append(plant.get("eta.z"))
+        saturated.append(rig.get("saturated"))
+    assert 0.05 < np.mean(saturated) < 0.3
+    assert abs(np.mean(z[len(z) // 2 :])) < 3e-3
+
+
+def test_a_singular_attitude_counts_as_no_measurement():
+    rig = controller(**{"theta_hat_0.dB": 10.0})
+    rig.set({"eta_m.x": 1.0, "eta_m.theta": np.pi / 2})
+    rig.run(1.0)
+    assert rig.get("tau") == pytest.approx([0, 0, -10.0, 0, 0, 0])
+    assert rig.get("theta_hat.dB") == 10.0
+
+
+@pytest.mark.parametrize("period", [0.01, 0.03, 0.1])
+def test_the_adaptation_does_not_depend_on_the_sample_time(period):
+    rig = controller(use_measured_velocity=1, sample_time=period)
+    rig.set({"eta_m.x": 0.5})
+    rig.run(3.0 + period, period)
+    assert rig.get("theta_hat.F_C.x") == pytest.approx(10.0 * 0.3 * 0.5 / 2.0 * 3.0)
 
 
 def test_outputs_before_the_first_step_are_those_of_the_first_sample():

@@ -125,13 +125,6 @@ def test_ctrl_c_keeps_the_results(archives, tmp_path, monkeypatch):
     assert len((tmp_path / "station_keeping.csv").read_text().splitlines()) == 1 + 21
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_every_system_has_a_script_that_runs_it(name):
-    # The script is the same call for each; that it starts and knows its system is what can differ.
-    text = (ROOT / "systems" / f"{name}.py").read_text()
-    assert 'if __name__ == "__main__":\n    run(SYSTEM)' in text
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_every_script_runs(name, tmp_path):

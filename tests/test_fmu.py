@@ -15,7 +15,7 @@ from lxml import etree
 
 from rig import Rig
 from rov_cosim.components.instance import ComponentError
-from rov_cosim.components.interface import Component
+from rov_cosim.components.interface import Component, Sampled
 from rov_cosim.components.vehicle import THETA
 from rov_cosim.exporters import archive, pythonfmu_export
 from rov_cosim.exporters.build import components
@@ -123,6 +123,13 @@ def test_the_description_says_what_the_interface_declares(fmus, name):
                 assert variable.description
                 if causality != "output":
                     assert number(variable.start) == signal.elements(signal.start)[i]
+                for limit, declared in ((variable.min, signal.minimum), (variable.max, signal.maximum)):
+                    bound = signal.elements(declared)[i]
+                    assert (limit is None) == (signal.type == "Boolean" or not np.isfinite(bound))
+                    assert limit is None or float(limit) == bound
+                if causality == "output":
+                    discrete = signal.type != "Real" or isinstance(component, Sampled)
+                    assert variable.variability == ("discrete" if discrete else "continuous")
                 if causality == "parameter":
                     assert variable.variability == ("tunable" if signal.tunable else "fixed")
     assert variables == {}
@@ -282,6 +289,17 @@ def test_unknown_value_references_and_wrong_types_are_refused(fmu):
     assert "A step can be taken only while running; the component is instantiated" in one.errors
     one.start()
     one.step(0)
+
+
+def test_a_terminated_fmu_takes_no_step(fmu):
+    one = fmu("rov_plant")
+    one.start()
+    one.step(0)
+    one.fmu.terminate()
+    with pytest.raises(FMICallException):
+        one.step(1)
+    assert "the component is terminated" in one.errors
+    assert np.isfinite(one.outputs()).all()
 
 
 def test_a_detached_arm_is_logged_once_as_a_warning(fmu):

@@ -231,6 +231,31 @@ def test_initial_values_out_of_range_are_refused():
         arm.instance.exit_initialization()
 
 
+def test_a_restored_state_still_owes_its_checks():
+    rig = Rig(PLANT, {"eta_0.phi": 0.1})  # contradicts the lock
+    saved = rig.instance.save()
+    other = Rig(PLANT).start()
+    other.instance.restore(saved)
+    other.instance.enter_initialization()
+    with pytest.raises(ComponentError, match="Roll and pitch are locked"):
+        other.instance.exit_initialization()
+
+
+def test_parameters_can_be_read_back_while_a_group_of_them_is_being_set():
+    rig = Rig(PLANT, {"thruster[1].d.x": 0.0})
+    assert rig.get("mass") == 80.0
+    with pytest.raises(ComponentError, match="not of unit length"):
+        rig.get("tau")
+
+
+def test_the_communication_point_is_checked_at_any_start_time():
+    rig = Rig(PLANT).start(1.7e9)
+    for wrong in (1.5, -0.5, 1e-5):
+        with pytest.raises(ComponentError, match="Expected the communication point"):
+            rig.instance.do_step(1.7e9 + wrong, 0.03)
+    rig.instance.do_step(1.7e9 + 1e-7, 0.03)
+
+
 @pytest.mark.parametrize("start", [3.1e7, 1.7e9])
 def test_samples_are_taken_at_any_start_time(start):
     rig = Rig(CONTROLLER).start(start)

@@ -1,5 +1,7 @@
 """Noise: its bits, its statistics, its repeatability."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -7,13 +9,32 @@ from scipy import stats
 from rov_cosim.components.noise import standard_normal
 
 
-def test_bits_are_philox_of_salmon_et_al():
-    # Known answer of Philox4x64-10 for key 0 and counter 1: NumPy's generator starts one past the counter given.
-    first = np.random.Philox(key=0, counter=0).random_raw(1)[0]
-    u = ((int(first) >> 11) + 1) * 2.0**-53
-    second = (int(np.random.Philox(key=0, counter=0).random_raw(2)[1]) >> 11) + 1
-    expected = np.sqrt(-2 * np.log(u)) * np.cos(2 * np.pi * second * 2.0**-53)
-    assert standard_normal(0, 0, 1)[0] == pytest.approx(expected, abs=1e-15)
+def test_bits_are_those_of_philox4x64_10():
+    # The known answer of Random123 for counter 0 and key 0; NumPy generates from one past the counter given.
+    words = np.random.Philox(key=0, counter=2**256 - 1).random_raw(4)
+    assert [f"{int(word):016x}" for word in words] == [
+        "16554d9eca36314c",
+        "db20fe9d672d0fdc",
+        "d7e772cee186176b",
+        "7e68b68aec7ba23b",
+    ]
+
+
+def test_draws_are_the_box_muller_transform_of_those_bits():
+    for seed, index in ((0, 0), (7, 123)):
+        words = [int(word) for word in np.random.Philox(key=seed, counter=[0, index, 0, 0]).random_raw(8)]
+        first, second = ((word >> 11) + 1 for word in words[6:8])
+        radius = math.sqrt(-2 * math.log(first * 2.0**-53))
+        expected = [
+            radius * math.cos(2 * math.pi * second * 2.0**-53),
+            radius * math.sin(2 * math.pi * second * 2.0**-53),
+        ]
+        assert standard_normal(seed, index, 8)[6:] == pytest.approx(expected, abs=1e-15)
+
+
+def test_samples_share_no_draws():
+    draws = np.concatenate([standard_normal(1, k, 16) for k in range(50)])
+    assert len(np.unique(draws)) == draws.size
 
 
 def test_a_sample_is_a_function_of_seed_and_index_alone():

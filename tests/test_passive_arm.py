@@ -124,6 +124,7 @@ def test_noise_has_the_declared_deviation_and_bias():
     rows = measure({"noise_std": 0.01, "noise_std_angle": 0.002, "encoder_counts": 0, "bias.y": 0.05}, n)
     deviation = np.array([0.01] * 3 + [0.002] * 3)
     assert rows.std(axis=0) == pytest.approx(deviation, rel=5 / np.sqrt(2 * n))
+    assert np.abs(np.corrcoef(rows.T) - np.eye(6)).max() < 5 / np.sqrt(n)
     assert np.abs(rows.mean(axis=0) - [0, 0.05, 0, 0, 0, 0]) == pytest.approx(0, abs=5 * 0.01 / np.sqrt(n))
 
 
@@ -172,6 +173,25 @@ def test_the_arm_detaches_at_singular_pitch_and_when_folded(values):
     rig.set(values)
     rig.step()
     assert rig.get("eta_m_valid") == 0
+
+
+def test_unequal_links_reach_no_closer_than_their_difference():
+    rig = Rig(ARM, {**IDEAL, "L[1]": 1.0, "L[2]": 0.4}).start()
+    for distance, valid in ((0.55, 0), (0.65, 1), (1.35, 1), (1.45, 0)):
+        rig.put("eta", [0.7 - 0.4 - distance, 0.5, 0.4, 0, 0, 0])
+        rig.step()
+        assert rig.get("eta_m_valid") == valid, distance
+
+
+def test_measured_angles_stay_within_half_a_turn():
+    rig = Rig(ARM, {"noise_std_angle": 0.05, "attachment.x": -0.9, "attachment.y": 0.0}).start()
+    rig.set({"eta.psi": np.pi})
+    angles = []
+    for _ in range(50):
+        rig.step()
+        angles.append(rig.get("eta_m.psi"))
+    assert np.abs(angles).max() <= np.pi
+    assert min(angles) < -3 < 3 < max(angles)
 
 
 def test_the_pull_is_preload_and_spring_towards_the_attachment():

@@ -71,6 +71,28 @@ def test_a_turning_vehicle_feels_the_current_of_an_inertial_observer():
     assert moving.get("eta") - drift == pytest.approx(still.get("eta"), abs=1e-7)
 
 
+@pytest.mark.parametrize(
+    ("values", "force", "point"),
+    [
+        ({"dB": 20.0}, [0, 0, 20.0], "r_B"),
+        ({"F_C.x": 5.0, "F_C.y": -7.0, "F_C.z": 3.0}, [5.0, -7.0, 3.0], "r_C"),
+        ({"F_A.x": 5.0, "F_A.y": -7.0, "F_A.z": 3.0}, [5.0, -7.0, 3.0], "r_A"),
+        ({"F_arm.x": 5.0, "F_arm.y": -7.0, "F_arm.z": 3.0}, [5.0, -7.0, 3.0], "r_A"),
+    ],
+)
+def test_each_force_accelerates_the_vehicle_at_its_point_in_the_earth_frame(values, force, point):
+    attitude = [0.4, -0.5, 1.1]
+    pose = dict(zip(("eta_0.phi", "eta_0.theta", "eta_0.psi"), attitude, strict=True))
+    at_rest, pushed = (Rig(PLANT, {**FREE, **OFF_CENTRE, **pose, **v}).start() for v in ({}, values))
+    h = 1e-4
+    for rig in (at_rest, pushed):
+        rig.step(h)  # the difference leaves out weight and buoyancy
+    acceleration = (pushed.get("nu") - at_rest.get("nu")) / h
+    body = Rotation.from_euler("ZYX", attitude[::-1]).inv().apply(force)
+    expected = np.concatenate([body, np.cross(pushed.get(point), body)])
+    assert equations.inertia(pushed.parameters()) @ acceleration == pytest.approx(expected, abs=1e-3)
+
+
 @pytest.mark.parametrize("lock", [0, 1])
 def test_the_motion_is_that_of_an_adaptive_integrator(lock):
     values = {"lock_roll_pitch": lock, "thruster_time_constant": 0.2, "dB": 5.0, "F_C.x": 4.0, "F_A.y": 8.0}
@@ -121,9 +143,12 @@ def test_thrusters_lag_exactly_whatever_the_step(h):
 
 def test_thrust_is_limited_and_a_disabled_thruster_gives_nothing():
     rig = Rig(PLANT, {"thrust_max": 15.0, "thruster[5].enabled": 0}).start()
-    rig.put("u", [0, 0, 0, 0, 40.0, 40.0, -40.0, 10.0])
+    rig.put("u", [0, 0, 0, 0, 40.0, 40.0, -12.0, 10.0])
     rig.step()
-    assert rig.get("tau")[2] == pytest.approx(15.0 - 15.0 + 10.0)
+    assert rig.get("tau")[2] == pytest.approx(15.0 - 12.0 + 10.0)
+    rig.put("u", [0, 0, 0, 0, 0, 0, -40.0, 0])
+    rig.step()
+    assert rig.get("tau")[2] == pytest.approx(-15.0)
 
 
 def test_thruster_wrench_is_known_before_the_first_step():
@@ -135,8 +160,10 @@ def test_thruster_wrench_is_known_before_the_first_step():
 
 def test_a_pitch_of_half_pi_fails_the_step_and_keeps_the_state():
     rig = Rig(PLANT, {**FREE, "eta_0.theta": 1.5, "nu_0.q": 5.0, "r_B.z": 0.0}).start()
-    before = rig.get("eta")
-    with pytest.raises(ComponentError, match=r"eta\.theta|nan|inf"):
-        rig.run(1.0)
-    assert abs(rig.get("eta")[4]) <= np.pi / 2
-    assert rig.get("eta")[4] >= before[4]
+    before = rig.instance.save()
+    with pytest.raises(
+        ComponentError, match=r"The step from 0 s failed: eta\.theta is 1\.6\d*; expected .* at most 1\.57"
+    ):
+        rig.step()
+    assert rig.instance.save() == before
+    rig.step(0.001)  # short of the singularity it goes on

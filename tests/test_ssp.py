@@ -4,7 +4,6 @@ import tempfile
 from dataclasses import replace
 from importlib.resources import files
 
-import numpy as np
 import pytest
 from fmpy.model_description import Unknown
 from fmpy.ssp.ssd import read_ssd, read_ssv
@@ -186,6 +185,30 @@ BREAKS = {
             "rov_plant.F_C.x: expected a finite number, got 'NaN'",
         ],
     ),
+    "parameter unit": (
+        {VALUES: swap(('value="17.0" unit="N"', 'value="17.0" unit="m"'))},
+        ["rov_plant.dB: unit m does not"],
+    ),
+    "parameter type": (
+        {VALUES: swap(('<ssv:Real value="17.0" unit="N"/>', '<ssv:Boolean value="true"/>'))},
+        ["Parameter rov_plant.dB: type Boolean does not match Real."],
+    ),
+    "parameter twice": (
+        {VALUES: swap(('name="F_C.x"', 'name="dB"'))},
+        ["Parameter dB stands twice in one parameter set"],
+    ),
+    "nested system": (
+        {SSD: swap(("<ssd:Elements>", '<ssd:Elements><ssd:System name="inner"/>'))},
+        ["a nested System is not supported"],
+    ),
+    "other source base": (
+        {SSD: swap(('source="resources/rov_plant.ssv"', 'source="rov_plant.ssv" sourceBase="component"'))},
+        ['sourceBase="component" of a ParameterBinding is not supported'],
+    ),
+    "model exchange": (
+        {SSD: swap(('name="rov_plant" type', 'name="rov_plant" implementation="ModelExchange" type'))},
+        ['implementation="ModelExchange" of a Component is not supported'],
+    ),
     "missing parameter set": ({VALUES: None}, ["resources/rov_plant.ssv: The archive has no such file."]),
     "external signal": (
         {SSD: swap(('startElement="rov_plant" startConnector="eta.x"', 'startConnector="eta.x"'))},
@@ -284,6 +307,20 @@ def test_parameters_bound_inline_and_at_the_system_are_read(archives, tmp_path):
         assert wiring.value("rov_plant.dB") == 4.0  # the outer level wins, as the standard says
 
 
+def test_start_time_prefix_and_the_step_of_openmodelica_are_read(archives, tmp_path):
+    other = swap(
+        ('startTime="0.0"', 'startTime="5.0"'),
+        ('source="resources/rov_plant.ssv"', 'source="resources/rov_plant.ssv" prefix="added_mass."'),
+        ('<osp:FixedStepAlgorithm baseStepSize="0.03"/>', ""),
+        ('stepSize="0.03"', 'stepSize="0.02"'),
+    )
+    values = b'<ssv:ParameterSet xmlns:ssv="%s" version="1.0" name="x"><ssv:Parameters><ssv:Parameter name="u">'
+    values = values % NAMESPACES["ssv"].encode()
+    values += b'<ssv:Real value="50"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>'
+    with ssp_reader.opened(changed(archives, tmp_path, **{SSD: other, VALUES: values})) as wiring:
+        assert (wiring.start_time, wiring.step_size, wiring.value("rov_plant.added_mass.u")) == (5.0, 0.02, 50.0)
+
+
 @pytest.mark.parametrize(
     ("values", "reason"),
     [
@@ -311,9 +348,3 @@ def test_declarations_that_cannot_be_are_refused_with_every_reason(fmus):
     with pytest.raises(WiringError) as caught:
         wire(wrong, fmus)
     assert len(caught.value.problems) == 4
-
-
-def test_every_declared_force_and_gain_is_a_number(fmus):
-    for system in SYSTEMS.values():
-        for element, values in system.parameters.items():
-            assert all(np.isfinite(value) for value in values.values()), (system.name, element)

@@ -46,8 +46,9 @@ def allocate(tau: Any, p: SimpleNamespace) -> Any:
 def adaptation_rate(W: Any, s: Any, unmet: Any, p: SimpleNamespace) -> Any:
     """Return theta_hat', shape (7,), in N/s for the body-frame error signal s = J^-1 (eta' + epsilon e), shape (6,).
 
-    unmet, shape (6,), is the part of the demanded wrench that saturated thrusters do not deliver. Its axes are left
-    out: what moves there is not for want of a better estimate, which would wind up.
+    unmet, shape (6,), is the part of the wrench demanded at rest that saturated thrusters do not deliver. Its axes are
+    left out: the error there is not for want of a better estimate, which would wind up. The demand is that at rest
+    because the damping term carries the noise: frozen at its peaks, the estimate would settle with an offset.
     """
     return p.Gamma * (W.T @ np.where(np.abs(unmet) > NEGLIGIBLE, 0.0, s))
 
@@ -70,14 +71,15 @@ def sample(
 
     W = disturbance_map(eta, p.r_B, p.r_C, p.r_A)
     disturbance = W @ x.theta_hat
-    feedback = J.T @ (-p.K_P * e - p.K_D * eta_dot)
-    tau = np.where(enabled, dof * (feedback + restoring(eta, p.mass, p.g, p.r_G, p.r_B) - disturbance), 0.0)
+    at_rest = dof * (J.T @ (-p.K_P * e) + restoring(eta, p.mass, p.g, p.r_G, p.r_B) - disturbance)
+    tau = np.where(enabled, at_rest - dof * (J.T @ (p.K_D * eta_dot)), 0.0)
     demanded = allocate(tau, p)
     delivered = limited(demanded, p.thrust_max)
 
     epsilon = p.epsilon_0 / (1 + p.alpha * np.sqrt(np.sum(e**2)))
     s = jacobian_inverse(eta) @ (eta_dot + epsilon * e)
-    rate = adaptation_rate(W, s, thruster_wrenches(p) @ (demanded - delivered), p)
+    holding = allocate(at_rest, p)
+    rate = adaptation_rate(W, s, thruster_wrenches(p) @ (holding - limited(holding, p.thrust_max)), p)
     adapting = np.logical_and(active, p.adaptation > 0)
 
     state = {

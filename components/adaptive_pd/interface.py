@@ -41,7 +41,7 @@ COMPONENT = Sampled(
     symbol="PD",
     inputs=(
         vector("eta_m", POSE, "Measured pose in the earth frame", unit=POSE_UNITS),
-        switch("eta_m_valid", "Whether eta_m is a measurement"),
+        switch("eta_m_valid", "Whether eta_m is a measurement; while false it is not used"),
         vector("nu_m", VELOCITY, "Measured body velocity, used with use_measured_velocity", unit=VELOCITY_UNITS),
         vector("eta_d", POSE, "Set-point in the earth frame", unit=POSE_UNITS),
         switch("disable", "Switch the thrusters off and freeze the estimate"),
@@ -78,7 +78,7 @@ COMPONENT = Sampled(
         vector(
             "K_P",
             POSE,
-            "Proportional gain (roll and pitch: ours)",
+            "Proportional gain (roll and pitch: not in the paper)",
             unit=_STIFFNESS,
             start=[80.0, 80.0, 100.0, 30.0, 30.0, 30.0],
             minimum=0.0,
@@ -87,7 +87,7 @@ COMPONENT = Sampled(
         vector(
             "K_D",
             POSE,
-            "Derivative gain (roll and pitch: ours)",
+            "Derivative gain (roll and pitch: not in the paper)",
             unit=_DAMPING,
             start=[90.0, 90.0, 120.0, 45.0, 45.0, 45.0],
             minimum=0.0,

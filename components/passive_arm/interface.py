@@ -68,9 +68,8 @@ COMPONENT = Sampled(
         Notice(
             "eta_m_valid",
             0.0,
-            "The arm is detached: the attachment is out of reach (longer than L[1] + L[2], or folded), or the pitch "
-            "angle is near pi/2. eta_m holds its last value until the attachment is in reach again; check "
-            "attachment.*, L[*], r_A.* and the vehicle's pose.",
+            "The arm is detached: the attachment is out of reach or the pitch angle near pi/2. eta_m holds meanwhile; "
+            "check attachment.*, L[*] and r_A.*.",
         ),
     ),
 )
