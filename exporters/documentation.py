@@ -28,6 +28,7 @@ table {{ border-collapse: collapse; font-size: 14px; margin: 1em 0; }}
 th, td {{ border: 1px solid #c5d3de; padding: .25em .6em; text-align: left; vertical-align: top; }}
 th {{ background: #eaf1f6; }}
 code {{ font-size: 13px; background: #f2f6f9; }}
+td.Start {{ white-space: nowrap; }}
 math {{ font-size: 1.15em; }}
 math[display="block"] {{ margin: .8em 0; }}
 </style>
@@ -96,7 +97,7 @@ def _table(title: str, signals: tuple[Signal, ...]) -> str:
             "During a run": "tunable" if signal.tunable else "fixed",
             "Description": escape(signal.description),
         }
-        rows.append("<tr>" + "".join(f"<td>{cells[column]}</td>" for column in columns) + "</tr>")
+        rows.append("<tr>" + "".join(f'<td class="{column}">{cells[column]}</td>' for column in columns) + "</tr>")
     return "<table>\n" + "\n".join(rows) + "\n</table>\n"
 
 

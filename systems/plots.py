@@ -29,7 +29,7 @@ def plot_run(run: Run, path: Path) -> None:
     true = {force.name: force.true for force in forces(results, wiring)}
     groups = [
         ("rov_plant.tau.", "thruster wrench [N, N m]"),
-        ("adaptive_pd.disturbance.", "estimated (dashed: true) disturbance [N, N m]"),
+        ("adaptive_pd.disturbance.", "disturbance, true: dashed [N, N m]"),
     ]
     for panel, (prefix, label) in zip(panels[2], groups, strict=True):
         for i, name in enumerate(("X", "Y", "Z", "N")):
