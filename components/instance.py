@@ -145,9 +145,10 @@ class Instance:
         self.time = time + step
 
     def terminate(self) -> None:
-        """End the run; values stay readable."""
-        self._expect(Phase.RUNNING, "The run can be terminated")
-        self.phase = Phase.TERMINATED
+        """End the run; values stay readable. Once more is no harm."""
+        if self.phase is not Phase.TERMINATED:
+            self._expect(Phase.RUNNING, "The run can be terminated")
+            self.phase = Phase.TERMINATED
 
     def save(self) -> bytes:
         """Return all that the rest of the run depends on."""

@@ -79,11 +79,11 @@ def sample(
     epsilon = p.epsilon_0 / (1 + p.alpha * np.sqrt(np.sum(e**2)))
     s = jacobian_inverse(eta) @ (eta_dot + epsilon * e)
     holding = allocate(at_rest, p)
+    # Without a measurement e and eta_dot are zero, so the estimate is frozen.
     rate = adaptation_rate(W, s, thruster_wrenches(p) @ (holding - limited(holding, p.thrust_max)), p)
-    adapting = np.logical_and(active, p.adaptation > 0)
 
     state = {
-        "theta_hat": x.theta_hat + np.where(adapting, p.sample_time * rate, 0.0),
+        "theta_hat": x.theta_hat + np.where(p.adaptation > 0, p.sample_time * rate, 0.0),
         "eta": eta,
         "filter_difference": filter_difference,
         "filter_ready": active,
