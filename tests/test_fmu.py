@@ -1,6 +1,8 @@
 """The exported FMUs through FMI: description, archive, faults, save and restore, reset."""
 
 import json
+import os
+import shutil
 import subprocess
 import sys
 from zipfile import ZipFile
@@ -409,3 +411,22 @@ print(json.dumps(values))
         [sys.executable, "-c", script, str(fmus["rov_plant"]), str(old)], capture_output=True, text=True, check=True
     )
     assert json.loads(run.stdout) == [80.0, 70.0]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("valgrind") is None, reason="valgrind is not installed")
+def test_the_process_ends_without_touching_freed_memory(fmus, tmp_path):
+    # pythonfmu's exit handlers release its interpreter state twice; unmended, some runs end with a corrupted heap.
+    script = """
+import sys
+from fmpy.fmi2 import FMU2Slave
+fmu = FMU2Slave(guid="", unzipDirectory=sys.argv[1], modelIdentifier="passive_arm", instanceName="i")
+fmu.instantiate()
+fmu.freeInstance()
+"""
+    folder = extract(fmus["passive_arm"], tmp_path / "fmu")
+    log = tmp_path / "log"
+    command = ["valgrind", f"--log-file={log}", sys.executable, "-c", script, folder]
+    subprocess.run(command, check=True, env={**os.environ, "PYTHONMALLOC": "malloc"})
+    assert "ERROR SUMMARY" in log.read_text()
+    assert "finalizePythonInterpreter" not in log.read_text()
