@@ -1,7 +1,7 @@
 """Attitude kinematics: earth frame z up, body frame x forward, y to port, z up; zyx Euler angles.
 
 eta = [x y z phi theta psi] is the pose of the body frame in the earth frame, nu = [u v w p q r] the velocity in the
-body frame (Fossen 1994, section 2.1; the formulas hold in any right-handed pair of frames).
+body frame (Fossen 1994, chapter 2; the formulas hold in any right-handed pair of frames).
 """
 
 from typing import Any
@@ -21,7 +21,7 @@ _SKEW[[5, 6, 1], [0, 1, 2]] = -1.0
 
 
 def skew(a: Any) -> Any:
-    """Return S(a), shape (3, 3), with S(a) b = a x b (Fossen 1994, definition 2.2)."""
+    """Return S(a), shape (3, 3), with S(a) b = a x b (Fossen 1994, chapter 2)."""
     return np.reshape(_SKEW @ a, (3, 3))
 
 
@@ -55,7 +55,7 @@ def euler_angles(R: Any) -> Any:
 
 
 def jacobian(eta: Any) -> Any:
-    """Return J(eta), shape (6, 6), with eta' = J nu; singular at |theta| = pi/2 (Fossen 1994, eq. 2.16)."""
+    """Return J(eta), shape (6, 6), with eta' = J nu; singular at |theta| = pi/2 (Fossen 1994, chapter 2)."""
     phi, theta = eta[3], eta[4]
     tan, cos = np.tan(theta), np.cos(theta)
     T = [1.0, np.sin(phi) * tan, np.cos(phi) * tan, 0.0, np.cos(phi), -np.sin(phi)]

@@ -32,7 +32,7 @@ def degrees_of_freedom(all_six: Any) -> Any:
 
 
 def mass_matrix(mass: Any, inertia: Any, r_G: Any, added_mass: Any) -> Any:
-    """Return M = M_RB + M_A about the body origin, shape (6, 6) (Fossen 1994, eq. 2.91 and 2.120).
+    """Return M = M_RB + M_A about the body origin, shape (6, 6) (Fossen 1994, chapter 2).
 
     inertia is [I_xx I_yy I_zz I_xy I_xz I_yz] about the body origin in kg m^2, with I_xy the integral of x y dm;
     added_mass, shape (6,), the positive diagonal of M_A.
@@ -46,7 +46,7 @@ def mass_matrix(mass: Any, inertia: Any, r_G: Any, added_mass: Any) -> Any:
 
 
 def coriolis(M: Any, nu: Any) -> Any:
-    """Return C(nu), shape (6, 6), skew-symmetric, for the inertia matrix M (Fossen 1994, theorem 2.2)."""
+    """Return C(nu), shape (6, 6), skew-symmetric, for the inertia matrix M (Fossen 1994, chapter 2)."""
     momentum = M @ nu
     S_linear, S_angular = -skew(momentum[0:3]), -skew(momentum[3:6])
     upper = np.concatenate([np.zeros((3, 3)), S_linear], axis=1)

@@ -21,7 +21,7 @@ held: list[dict[str, Any]] = []
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 
-def _complaint(error: Exception) -> ComponentError:
+def _complaint(error: BaseException) -> ComponentError:
     """Return the error for the FMU's log; one that no check foresaw keeps its type."""
     return error if isinstance(error, ComponentError) else ComponentError(repr(error))
 
@@ -37,9 +37,9 @@ def _reported(method: Method) -> Method:
     def guarded(self: "ComponentSlave", *args: Any, **kwargs: Any) -> Any:
         try:
             return method(self, *args, **kwargs)
-        except Exception as error:
-            for held in (type(self), self, self.log_queue):
-                ctypes.pythonapi.Py_IncRef(ctypes.py_object(held))
+        except BaseException as error:
+            for owned in (type(self), self, self.log_queue):
+                ctypes.pythonapi.Py_IncRef(ctypes.py_object(owned))
             raise _complaint(error) from None
 
     return cast(Method, guarded)
@@ -93,7 +93,7 @@ class ComponentSlave(Fmi2Slave):
         """Advance; a failure is logged and answered with False, which pythonfmu reports as fmi2Discard."""
         try:
             self._instance.do_step(current_time, step_size)
-        except Exception as error:
+        except BaseException as error:  # Ctrl-C too: nothing may escape from here
             self.log(str(_complaint(error)), Fmi2Status.error)
             return False
         return True

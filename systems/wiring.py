@@ -17,7 +17,7 @@ Base = tuple[float, ...]
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 TYPES = ("Real", "Integer", "Boolean")
 LARGEST_INTEGER = 2**31 - 1
-MOST_STEPS = 100_000_000
+MOST_STEPS = 10_000_000
 
 
 class WiringError(ValueError):

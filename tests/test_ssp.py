@@ -255,7 +255,7 @@ EXPERIMENTS = {
         'baseStepSize="0"': "The step size is 0.0 s",
         'baseStepSize="-1"': "The step size is -1.0 s",
         'baseStepSize="abc"': "baseStepSize abc is no number",
-        'baseStepSize="1e-12"': "expected at most 1e+08",
+        'baseStepSize="1e-12"': "expected at most 1e+07",
         'baseStepSize="99"': "shorter than a step",
     },
 }

@@ -49,7 +49,7 @@ def test_coriolis_forces_are_those_of_kirchhoff():
 
 
 def test_rate_of_the_earth_frame_inertia_less_twice_coriolis_is_skew():
-    # M(eta) = J^-T M J^-1 and C(eta, eta') = J^-T (C(nu) - M J^-1 J') J^-1 (Fossen 1994, eq. 2.188)
+    # M(eta) = J^-T M J^-1 and C(eta, eta') = J^-T (C(nu) - M J^-1 J') J^-1 (Fossen 1994, chapter 2)
     eta, nu = attitude(), RANDOM.normal(size=6)
     eta_dot = frames.jacobian(eta) @ nu
 
