@@ -1,0 +1,156 @@
+"""What an exported FMU holds: description, dependencies, page, icon, licences; and that a rebuild is the same."""
+
+from zipfile import ZipFile
+
+import numpy as np
+import pytest
+from fmpy import read_model_description
+from fmpy.validation import validate_fmu
+from lxml import etree
+
+from rig import Rig
+from rov_cosim.components.instance import ComponentError
+from rov_cosim.components.interface import Component, Sampled
+from rov_cosim.components.vehicle import THETA
+from rov_cosim.exporters import archive, pythonfmu_export
+from rov_cosim.exporters.build import components
+
+COMPONENTS = components()
+NAMES = list(COMPONENTS)
+
+
+def number(literal):
+    """Return the value of a start literal."""
+    return {"true": 1.0, "false": 0.0}[literal] if literal in ("true", "false") else float(literal)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_fmpy_finds_no_problem(fmus, name):
+    assert validate_fmu(str(fmus[name])) == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_building_twice_gives_the_same_bytes(fmus, name, tmp_path):
+    again = tmp_path / "again.fmu"
+    assert pythonfmu_export.export(COMPONENTS[name], again)
+    assert again.read_bytes() == fmus[name].read_bytes()
+    assert not pythonfmu_export.export(COMPONENTS[name], again)
+
+
+def test_an_archive_that_is_broken_or_outdated_is_written_anew(tmp_path):
+    path = tmp_path / "a.zip"
+    path.write_bytes(b"broken")
+    assert archive.write(path, {"a": b"1"})
+    assert not archive.write(path, {"a": b"1"})
+    assert archive.write(path, {"a": b"2"})
+    assert archive.read(path) == {"a": b"2"}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_description_says_what_the_interface_declares(fmus, name):
+    component: Component = COMPONENTS[name]
+    description = read_model_description(str(fmus[name]))
+    variables = {v.name: v for v in description.modelVariables}
+    for signals, causality in (
+        (component.inputs, "input"),
+        (component.outputs, "output"),
+        (component.parameters, "parameter"),
+    ):
+        for signal in signals:
+            for i, scalar in enumerate(signal.names):
+                variable = variables.pop(scalar)
+                assert (variable.causality, variable.type) == (causality, signal.type)
+                assert (variable.unit or "") == signal.units[i]
+                assert variable.description
+                if causality != "output":
+                    assert number(variable.start) == signal.elements(signal.start)[i]
+                for limit, declared in ((variable.min, signal.minimum), (variable.max, signal.maximum)):
+                    bound = signal.elements(declared)[i]
+                    assert (limit is None) == (signal.type == "Boolean" or not np.isfinite(bound))
+                    assert limit is None or float(limit) == bound
+                if causality == "output":
+                    discrete = signal.type != "Real" or isinstance(component, Sampled)
+                    assert variable.variability == ("discrete" if discrete else "continuous")
+                if causality == "parameter":
+                    assert variable.variability == ("tunable" if signal.tunable else "fixed")
+    assert variables == {}
+    assert [v.valueReference for v in description.modelVariables] == list(range(len(description.modelVariables)))
+    simulation = description.coSimulation
+    assert simulation.modelIdentifier == description.modelName == name
+    assert simulation.canGetAndSetFMUstate
+    assert simulation.canSerializeFMUstate
+    assert simulation.canHandleVariableCommunicationStepSize
+    assert not simulation.needsExecutionTool
+    assert description.variableNamingConvention == "structured"
+    assert description.generationDateAndTime.endswith("Z")
+    experiment = description.defaultExperiment
+    assert [float(t) for t in (experiment.startTime, experiment.stopTime, experiment.stepSize)] == [0.0, 60.0, 0.03]
+    assert all(unknown.dependencies == [] for unknown in description.outputs)
+    angle = next(unit for unit in description.unitDefinitions if unit.name == "rad")
+    assert angle.baseUnit.rad == 1
+    assert float(angle.displayUnits[0].factor) == pytest.approx(180 / np.pi)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_initial_output_follows_a_variable_that_its_dependencies_leave_out(fmus, name):
+    component = COMPONENTS[name]
+    description = read_model_description(str(fmus[name]))
+    declared = {u.variable.name: {v.name for v in u.dependencies} for u in description.initialUnknowns}
+    # Everything at work: away from zero, noisy, limited, free in roll and pitch.
+    lively = {v.name: 0.1 for v in description.modelVariables if v.causality == "input" and v.type == "Real"}
+    lively |= {n: v for n, v in LIVELY.items() if n in component.u.names + component.p.names}
+
+    def initial(**changed):
+        rig = Rig(component, {**lively, **changed})
+        rig.instance.enter_initialization()
+        return {output: rig.get(output) for output in declared}
+
+    before = initial()
+    assert any(before.values())
+    for variable in [v for v in description.modelVariables if v.causality != "output"]:
+        now = lively.get(variable.name, number(variable.start))
+        other = (
+            1.0 - now if variable.type == "Boolean" else now + 1 if variable.type == "Integer" else now * 0.99 + 1e-3
+        )
+        if variable.name.startswith("thruster") and ".d." in variable.name:
+            continue  # a direction cannot change alone; it goes with thruster[i].r
+        try:
+            after = initial(**{variable.name: other})
+        except ComponentError:
+            continue  # not a legal value, so no dependency to find
+        followed = {output for output in declared if after[output] != before[output]}
+        assert all(variable.name in declared[output] for output in followed), (variable.name, followed)
+
+
+LIVELY = {
+    "lock_roll_pitch": 0,
+    "thrust_max": 2.0,
+    "eta_m_valid": 1,
+    "control_roll_pitch": 1,
+    "use_measured_velocity": 1,
+    "noise_std_angle": 0.01,
+    "noise_correlation_time": 1.0,
+    "stiffness": 3.0,
+    "r_G.x": 0.02,
+    **{f"theta_hat_0.{force}": 2.0 for force in THETA},
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_archive_holds_page_icon_and_licences(fmus, name):
+    with ZipFile(fmus[name]) as opened:
+        names = opened.namelist()
+        page = opened.read("documentation/index.html").decode()
+        icon = opened.read("model.png")
+        main = opened.read("resources/slavemodule.txt").decode()
+    assert icon.startswith(b"\x89PNG")
+    assert {"documentation/licenses/rov-cosim.txt", "documentation/licenses/pythonfmu.txt"} <= set(names)
+    root = etree.fromstring(page.encode(), etree.HTMLParser(recover=False, huge_tree=True))
+    assert len(root.findall(".//math")) > 5
+    assert "$" not in "".join(root.itertext())
+    for heading in ("Inputs", "Outputs", "Parameters", "Frames and signs"):
+        assert any(heading == h.text for h in root.iter("h2"))
+    # Modules of one process share their names: all of this FMU's start with the component's.
+    own = [n for n in names if n.startswith("resources/") and n.endswith(".py") and "/pythonfmu/" not in n]
+    assert main.startswith(f"{name}_")
+    assert all(n.split("/")[1].startswith(f"{name}_") for n in own)
