@@ -9,8 +9,6 @@ from ..components import __path__ as components_path
 from ..components.interface import Component
 from .pythonfmu_export import export
 
-FOLDER = Path("build") / "pythonfmu"
-
 
 def components() -> dict[str, Component]:
     """Return every component by name: a folder of `components` that declares a COMPONENT."""
@@ -27,4 +25,4 @@ def build_fmus(root: Path) -> dict[Path, bool]:
 
 def fmu_path(root: Path, name: str) -> Path:
     """Return where the FMU of a component lies below `root`."""
-    return root / FOLDER / f"{name}.fmu"
+    return root / "build" / "pythonfmu" / f"{name}.fmu"

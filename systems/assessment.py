@@ -46,10 +46,9 @@ def assessable(results: NDArray[Any]) -> bool:
 def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
     """Return the pose less the set-point, shape (rows, 6), the angles wrapped, of results that are `assessable`."""
     eta = np.stack([results[f"rov_plant.eta.{axis}"] for axis in POSE])
-    set_point = _values(wiring, "adaptive_pd.eta_d", POSE)
-    error: NDArray[np.float64] = pose_difference(
-        eta, (np.zeros(6) if set_point is None else set_point)[:, np.newaxis]
-    ).T
+    inputs = [_input(results, wiring, f"adaptive_pd.eta_d.{axis}") for axis in POSE]
+    set_point = np.stack([np.broadcast_to(value, len(results)) for value in inputs])
+    error: NDArray[np.float64] = pose_difference(eta, set_point).T
     return error
 
 

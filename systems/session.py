@@ -31,11 +31,6 @@ def ssp_path(system: System) -> Path:
     return project_root() / "systems" / f"{system.name}.ssp"
 
 
-def fmu_folder() -> Path:
-    """Return where the FMUs lie."""
-    return fmu_path(project_root(), "any").parent
-
-
 def results_folder() -> Path:
     """Return where results are written unless the user says otherwise."""
     return project_root() / "build" / "results"

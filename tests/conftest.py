@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from pythonfmu.builder import FmuBuilder
 
+from rov_cosim.exporters.build import components, fmu_path
 from rov_cosim.systems import session
 from rov_cosim.systems.catalogue import SYSTEMS
 
@@ -19,7 +20,7 @@ def archives() -> dict[str, Path]:
 @pytest.fixture(scope="session")
 def fmus(archives) -> dict[str, Path]:
     """Return the FMUs by component name."""
-    return {path.stem: path for path in session.fmu_folder().glob("*.fmu")}
+    return {name: fmu_path(session.project_root(), name) for name in components()}
 
 
 @pytest.fixture(scope="session")
