@@ -18,6 +18,12 @@ from .stepping import Result, Vector
 TIME_TOLERANCE = 1e-9
 """Tolerance on the communication point, relative to the time since the start, at least in s; also the shortest step."""
 
+MOST_INTERNAL_STEPS = 1_000_000
+"""Internal steps or samples that one step may take; more would look like a hang."""
+
+MOST_SAMPLES = 2**53
+"""Samples that a double can count."""
+
 _HEADER = struct.Struct("<16s5dq")
 
 
@@ -56,6 +62,8 @@ class Instance:
         self._values = layout.start
         self._u, self._y, self._p = self._values[:n_u], self._values[self._outputs], self._values[n_u + n_y :]
         tunable = [signal.tunable for signal in component.parameters for _ in signal.names]
+        groups = (component.inputs, component.outputs, component.parameters)
+        self._is_real = np.array([signal.type == "Real" for group in groups for signal in group for _ in signal.names])
         self._is_fixed = np.concatenate([np.zeros(n_u + n_y, dtype=bool), ~np.array(tunable, dtype=bool)])
         self._x = np.zeros(component.x.size)
         self.phase = Phase.INSTANTIATED
@@ -72,8 +80,11 @@ class Instance:
 
         Raises
         ------
-        ComponentError : a value is not finite or out of its range, an output or a fixed parameter is set.
+        ComponentError : a value is not finite or out of its range, an output or a fixed parameter is set, or the run
+            is over.
         """
+        if self.phase is Phase.TERMINATED:
+            raise ComponentError("Values can be set only until the run ends; the component is terminated.")
         index, new = np.asarray(references, dtype=np.intp), np.asarray(values, dtype=float)
         bad = ~self._legal(new, index)
         if bad.any():
@@ -125,18 +136,24 @@ class Instance:
 
         Raises
         ------
-        ComponentError : the step is not positive, the time is not where the last step ended, the parameters are
-            inconsistent, or the result leaves its range. The state is then that before the step.
+        ComponentError : the step is not positive or far too long, the time is not where the last step ended, the
+            parameters are inconsistent, or the result leaves its range. The state is then that before the step.
         """
         self._expect(Phase.RUNNING, "A step can be taken")
         elapsed = self.time - self._start_time
         if not abs(time - self.time) <= TIME_TOLERANCE * max(1.0, elapsed) + 4 * np.spacing(abs(self.time)):
             raise ComponentError(f"Expected the communication point {self.time:.9g} s but was {time:.9g} s.")
-        if not 0 < step < np.inf:
+        if not (step > 0 and np.isfinite(time + step)):
             raise ComponentError(f"The step size is {step:g} s; expected a positive number of seconds.")
         self._check_parameters()
         if step >= TIME_TOLERANCE:
             before = Result(self._x, self._y.copy(), self._samples)
+            n = stepping.internal_steps(self.component, before, self._p, self._start_time, time, step)
+            if not n <= MOST_INTERNAL_STEPS:
+                raise ComponentError(
+                    f"The step of {step:g} s takes {n:.3g} internal steps; expected at most {MOST_INTERNAL_STEPS}: "
+                    "take a shorter one."
+                )
             with np.errstate(all="ignore"):  # what diverges is caught below, with a message
                 after = stepping.advance(self.component, before, self._u, self._p, self._start_time, time, step)
             self._check_result(after.x, after.y, f"The step from {time:.9g} s failed")
@@ -171,11 +188,15 @@ class Instance:
             )
         _, phase, stale, unchecked, time, start, samples = _HEADER.unpack(state[: _HEADER.size])
         vector = np.frombuffer(state[_HEADER.size :], dtype="<f8")
-        if phase not in tuple(Phase) or samples < 0 or not np.isfinite([time, start, *vector]).all():
+        x, values = vector[: self._x.size], vector[self._x.size :]
+        whole = (values == np.floor(values)) & (np.abs(values) < 2**31)
+        legal = (self._legal(values, slice(None)) & (self._is_real | whole)).all()
+        flags = {stale, unchecked} <= {0.0, 1.0} and phase in tuple(Phase) and 0 <= samples < MOST_SAMPLES
+        if not legal or not flags or not np.isfinite([time, start, *x]).all():
             raise ComponentError("The saved state is damaged: it holds values that this component never saves.")
         self.phase, self._stale, self._unchecked = Phase(int(phase)), bool(stale), bool(unchecked)
         self.time, self._start_time, self._samples = time, start, samples
-        self._x, self._values[:] = vector[: self._x.size].copy(), vector[self._x.size :]
+        self._x, self._values[:] = x.copy(), values
 
     def _preview(self) -> Vector:
         """Compute the outputs that the run would start with; return its initial state."""
@@ -195,17 +216,23 @@ class Instance:
         if not self._unchecked:
             return
         p = self.component.p.unpack(self._p)
-        unmet = [r.message for r in self.component.requirements if not r.margin(p) > 0]
+        with np.errstate(all="ignore"):
+            unmet = [r.message for r in self.component.requirements if not r.margin(p) > 0]
         if unmet:
             raise ComponentError(" ".join(unmet))
         self._unchecked = False
 
     def _check_result(self, x: Vector, y: Vector, what: str) -> None:
-        legal = self._legal(y, self._outputs)
-        if not legal.all() or not np.isfinite(x).all():
+        legal, finite = self._legal(y, self._outputs), np.isfinite(x)
+        if legal.all() and finite.all():
+            return
+        if not legal.all():
             i = int(np.argmin(legal))
             reason = self._range_message(self._outputs.start + i, y[i])
-            raise ComponentError(f"{what}: {reason} Check the inputs and parameters, or take a shorter step.")
+        else:
+            i = int(np.argmin(finite))
+            reason = f"the state {self.component.x.names[i]} is {x[i]:g}; expected a finite number."
+        raise ComponentError(f"{what}: {reason} Check the inputs and parameters, or take a shorter step.")
 
     def _is_output(self, index: NDArray[np.intp]) -> NDArray[np.bool_]:
         return (index >= self._outputs.start) & (index < self._outputs.stop)

@@ -42,6 +42,17 @@ def advance(
     return _integrate(component, before, u, p, step)
 
 
+def internal_steps(
+    component: Component, before: Result, p: Vector, start: float, time: float, step: float
+) -> float:
+    """Return about how many internal steps or samples `advance` takes."""
+    parameters = component.p.unpack(p)
+    if isinstance(component, Sampled):
+        return (time + step - start) / float(getattr(parameters, component.period)) - before.samples
+    assert isinstance(component, Continuous)
+    return step / float(getattr(parameters, component.max_step))
+
+
 def _take_samples(component: Sampled, before: Result, u: Vector, p: Vector, start: float, end: float) -> Result:
     """Take all samples due before `end`; one that is due at `end` belongs to the next step."""
     period = float(getattr(component.p.unpack(p), component.period))

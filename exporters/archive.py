@@ -13,7 +13,7 @@ RELEASED = (2026, 11, 21)
 
 def write(path: Path, entries: Mapping[str, bytes]) -> bool:
     """Write a zip archive of `entries`, name to content, unless `path` holds just these; tell whether it did."""
-    if _is_current(path, entries):
+    if present(path) == dict(entries):
         return False
     path.parent.mkdir(parents=True, exist_ok=True)
     # Written beside and renamed, so that whoever reads meanwhile never sees half an archive.
@@ -40,8 +40,9 @@ def read(path: Path) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
 
 
-def _is_current(path: Path, entries: Mapping[str, bytes]) -> bool:
+def present(path: Path) -> dict[str, bytes]:
+    """Return what `read` does, or nothing if there is no sound archive."""
     try:
-        return read(path) == dict(entries)
+        return read(path)
     except (OSError, BadZipFile, zlib.error):
-        return False
+        return {}

@@ -1,5 +1,6 @@
 """The pages inside an FMU: documentation/index.html from the component's page and interface, icon and licences."""
 
+from collections.abc import Iterable
 from html import escape
 from importlib.metadata import distribution
 from importlib.resources import files
@@ -40,10 +41,10 @@ math[display="block"] {{ margin: .8em 0; }}
 """
 
 
-def entries(component: Component) -> dict[str, bytes]:
-    """Return the documentation of a component's FMU and its icon, by name in the archive."""
+def entries(component: Component, packages: Iterable[str]) -> dict[str, bytes]:
+    """Return by name in the archive: the documentation of a component's FMU, the licences of packages in it, its icon."""
     content = {"documentation/index.html": page(component).encode(), "model.png": icon(component.symbol)}
-    for package in ("rov-cosim", "pythonfmu"):
+    for package in packages:
         for file in distribution(package).files or ():
             if file.name == "LICENSE":
                 content[f"documentation/licenses/{package}.txt"] = file.read_text().encode()

@@ -1,5 +1,6 @@
 """The FMI 2.0 model description of a component, from its declared interface."""
 
+from collections.abc import Sequence
 from hashlib import sha256
 from importlib.metadata import version
 from io import BytesIO
@@ -18,6 +19,7 @@ from fmpy.model_description import (
     Unknown,
     write_model_description,
 )
+from lxml import etree
 
 from ..components.interface import SAMPLE_TIME, Component, Sampled, Signal
 from .archive import RELEASED
@@ -25,8 +27,10 @@ from .archive import RELEASED
 STOP_TIME = 60.0
 """End in s of the default experiment."""
 
+# In the order of the status codes that they are for.
 LOG_CATEGORIES = {
     "logStatusWarning": "Something that the user should know, for example a detached arm",
+    "logStatusDiscard": "A step that was not taken, and why",
     "logStatusError": "A call that failed, and why",
 }
 
@@ -56,8 +60,11 @@ UNITS = {
 }
 
 
-def describe(component: Component) -> ModelDescription:
-    """Return FMPy's description object of a component; its GUID is a hash of all the rest."""
+def describe(component: Component, **capabilities: bool) -> ModelDescription:
+    """Return FMPy's description object of a component; its GUID is a hash of all the rest.
+
+    capabilities are those flags of FMPy's CoSimulation that an export has beyond the ones that all exports share.
+    """
     groups = [("input", component.inputs), ("output", component.outputs), ("parameter", component.parameters)]
     variables: list[ModelVariable] = []
     of_signal: dict[str, list[ModelVariable]] = {}
@@ -99,6 +106,7 @@ def describe(component: Component) -> ModelDescription:
             canGetAndSetFMUstate=True,
             canSerializeFMUstate=True,
             canNotUseMemoryManagementFunctions=True,
+            **capabilities,
         ),
         unitDefinitions=[UNITS[name] for name in dict.fromkeys(v.unit for v in variables) if name],
         modelVariables=variables,
@@ -110,11 +118,17 @@ def describe(component: Component) -> ModelDescription:
     return description
 
 
-def to_xml(description: ModelDescription) -> bytes:
-    """Return the modelDescription.xml of a description."""
+def to_xml(description: ModelDescription, source_files: Sequence[str] = ()) -> bytes:
+    """Return the modelDescription.xml of a description, which names the source files, if any."""
     xml = BytesIO()
     write_model_description(description, xml)
-    return xml.getvalue()
+    if not source_files:
+        return xml.getvalue()
+    root = etree.fromstring(xml.getvalue(), etree.XMLParser(remove_blank_text=True))
+    listed = etree.SubElement(root.find("CoSimulation"), "SourceFiles")  # FMPy reads but does not write it
+    for name in source_files:
+        etree.SubElement(listed, "File", name=name)
+    return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))
 
 
 def literal(value: float, type: str) -> str:

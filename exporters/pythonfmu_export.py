@@ -38,7 +38,7 @@ def entries(component: Component) -> dict[str, bytes]:
     package = f"{component.name}_{digest.hexdigest()[:12]}"
     main = f"{package}_main"
     description = model_description.to_xml(model_description.describe(component))
-    content = {"modelDescription.xml": description, **documentation.entries(component)}
+    content = {"modelDescription.xml": description, **documentation.entries(component, ["rov-cosim", "pythonfmu"])}
     content[f"resources/{main}.py"] = _MAIN.format(package=package, name=component.name).encode()
     content["resources/slavemodule.txt"] = main.encode()
     for name, source in sources.items():

@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+from ..exporters.build import EXPORTS, BuildError
+from ..exporters.zig import TARGETS
 from . import benchmark as benchmarking
 from . import session
 from .assessment import assessable
@@ -23,7 +25,7 @@ class _Command(click.Group):
             return super().invoke(context)
         except BrokenPipeError:
             raise  # click ends quietly
-        except (WiringError, SimulationError, OSError) as error:
+        except (BuildError, WiringError, SimulationError, OSError) as error:
             raise click.ClickException(str(error)) from error
 
 
@@ -66,6 +68,13 @@ _coupling = click.option(
     help="How values are handed on.",
 )
 _stop_time = click.option("--stop-time", type=click.FloatRange(min=0, min_open=True), help="End of the run in s.")
+_export = click.option(
+    "--export",
+    type=click.Choice(EXPORTS),
+    default="native",
+    show_default=True,
+    help="Which FMUs: compiled C, or Python in the FMU.",
+)
 _set = click.option(
     "--set", "values", multiple=True, callback=_values, metavar="ELEMENT.VARIABLE=VALUE", help="Another start value."
 )
@@ -86,34 +95,48 @@ def list_systems() -> None:
 
 
 @main.command()
+@_export
+@click.option("--all-platforms", is_flag=True, help="Native binaries for Linux, Windows and macOS, not this machine's alone.")
 @click.option("--plain-ssp", is_flag=True, help="Archives with SSP content alone, which `fmpy simulate` cannot run.")
-def build(plain_ssp: bool) -> None:
+def build(export: str, all_platforms: bool, plain_ssp: bool) -> None:
     """Build all FMUs and SSP archives; what is current stays untouched."""
-    for path, written in session.build(*SYSTEMS.values(), plain=plain_ssp).items():
+    platforms = TARGETS if all_platforms else ()
+    built = session.build(*SYSTEMS.values(), export=export, platforms=platforms, plain=plain_ssp)
+    for path, written in built.items():
         click.echo(f"{'built  ' if written else 'current'}  {path}")
 
 
 @main.command()
 @click.argument("system", type=_SystemType())
+@_export
 @_coupling
 @_stop_time
 @_set
 @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV and plot.")
 def run(
-    system: System | Path, coupling: str, stop_time: float | None, values: dict[str, str], output: Path | None
+    system: System | Path,
+    export: str,
+    coupling: str,
+    stop_time: float | None,
+    values: dict[str, str],
+    output: Path | None,
 ) -> None:
     """Run SYSTEM, a name from `list` or an .ssp file: CSV, plot and a table of results."""
-    session.run(system, coupling=COUPLINGS[coupling], stop_time=stop_time, values=values, folder=output)
+    session.run(
+        system, export=export, coupling=COUPLINGS[coupling], stop_time=stop_time, values=values, folder=output
+    )
 
 
 @main.command()
 @click.argument("systems", type=_SystemType(), nargs=-1, required=True)
+@_export
 @_coupling
 @_stop_time
 @_set
 @click.option("--output", type=click.Path(dir_okay=False, path_type=Path), callback=_png, help="The PNG.")
 def compare(
     systems: tuple[System | Path, ...],
+    export: str,
     coupling: str,
     stop_time: float | None,
     values: dict[str, str],
@@ -123,7 +146,7 @@ def compare(
     runs: dict[str, Run] = {}
     for system in systems:
         label = system.name if isinstance(system, System) else str(system)
-        with session.opened(system) as wiring:
+        with session.opened(system, export) as wiring:
             wiring = wiring.with_values(values)
             results = simulate(wiring, COUPLINGS[coupling], stop_time, warn=session.warn)
         if not assessable(results):

@@ -1,7 +1,7 @@
 """From a declaration to results on disk: build what changed, run, write CSV, plot and table."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -26,9 +26,10 @@ def project_root() -> Path:
     return checkout if (checkout / "pyproject.toml").is_file() else Path.cwd()
 
 
-def ssp_path(system: System) -> Path:
-    """Return where the archive of a system lies."""
-    return project_root() / "systems" / f"{system.name}.ssp"
+def ssp_path(system: System, export: str = "native") -> Path:
+    """Return where the archive of a system lies, with FMUs of an export."""
+    folder = project_root() / ("systems" if export == "native" else f"build/{export}")
+    return folder / f"{system.name}.ssp"
 
 
 def results_folder() -> Path:
@@ -36,23 +37,31 @@ def results_folder() -> Path:
     return project_root() / "build" / "results"
 
 
-def build(*systems: System, plain: bool = False) -> dict[Path, bool]:
-    """Build the FMUs and the archives of systems; return for each path whether it was written or was current."""
+def build(
+    *systems: System, export: str = "native", platforms: Iterable[str] = (), plain: bool = False
+) -> dict[Path, bool]:
+    """Build the FMUs and the archives of systems; return for each path whether it was written or was current.
+
+    Raises
+    ------
+    BuildError : an FMU cannot be built.
+    WiringError : a system is wrong.
+    """
     root = project_root()
-    built = build_fmus(root)
-    fmus = {name: fmu_path(root, name) for name in components()}
+    built = build_fmus(root, export, platforms)
+    fmus = {name: fmu_path(root, name, export) for name in components()}
     for system in systems:
-        path = ssp_path(system)
+        path = ssp_path(system, export)
         built[path] = ssp_writer.write(wire(system, fmus), path, plain)
     return built
 
 
 @contextmanager
-def opened(system: System | Path) -> Iterator[Wiring]:
+def opened(system: System | Path, export: str = "native") -> Iterator[Wiring]:
     """Yield the wiring of a system, built first, or of any SSP archive."""
     if isinstance(system, System):
-        build(system)
-        system = ssp_path(system)
+        build(system, export=export)
+        system = ssp_path(system, export)
     with ssp_reader.opened(system) as wiring:
         yield wiring
 
@@ -60,6 +69,7 @@ def opened(system: System | Path) -> Iterator[Wiring]:
 def run(
     system: System | Path,
     *,
+    export: str = "native",
     coupling: Coupling = jacobi,
     values: Mapping[str, str] | None = None,
     stop_time: float | None = None,
@@ -74,7 +84,7 @@ def run(
     """
     folder = folder or results_folder()
     folder.mkdir(parents=True, exist_ok=True)
-    with opened(system) as wiring:
+    with opened(system, export) as wiring:
         wiring = wiring.with_values(values or {})
         csv = folder / f"{re.sub(r'[^A-Za-z0-9_-]', '_', wiring.name)}.csv"
         try:

@@ -23,6 +23,9 @@ from ..vehicle import (
     wrench,
 )
 
+NEARLY_SINGULAR = 1e-9
+"""Leading minor of the scaled mass matrix below which digits of the acceleration are lost."""
+
 
 def inertia(p: SimpleNamespace) -> Any:
     """Return M, shape (6, 6), about the body origin."""
@@ -89,9 +92,14 @@ def initial_state(p: SimpleNamespace) -> Mapping[str, Any]:
 
 
 def inertia_margin(p: SimpleNamespace) -> Any:
-    """Return the smallest leading minor of M: positive exactly if M is positive definite (Sylvester)."""
+    """Return a positive number if M is positive definite, by its leading minors (Sylvester), and not nearly singular.
+
+    The minors are those of M scaled to a diagonal of ones, so that they neither overflow nor depend on units.
+    """
     M = inertia(p)
-    return np.min(np.stack([np.linalg.det(M[:k, :k]) for k in range(1, 7)]))
+    scale = np.diag(1 / np.sqrt(np.diag(M)))
+    minors = np.stack([np.linalg.det((scale @ M @ scale)[:k, :k]) for k in range(1, 7)])
+    return 0.5 - np.sum(np.where(minors > NEARLY_SINGULAR, 0.0, 1.0))
 
 
 def lock_margin(p: SimpleNamespace) -> Any:

@@ -1,0 +1,71 @@
+/* FMI 2.0: save and restore. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "slave.h"
+
+static int allocated(Slave *slave, fmi2FMUstate *state) {
+    if (!*state)
+        *state = malloc(SAVED_SIZE);
+    if (!*state)
+        refuse(slave, "There is no memory for a saved state.");
+    return *state != NULL;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    Slave *slave = called(c, GET_STATE);
+    if (!slave || !given(slave, GET_STATE, state, "FMUstate"))
+        return fmi2Error;
+    if (!allocated(slave, state))
+        return fmi2Error;
+    save(&slave->instance, *state);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+    Slave *slave = called(c, SET_STATE);
+    if (!slave || !given(slave, SET_STATE, state, "FMUstate"))
+        return fmi2Error;
+    return checked(slave, restore(&slave->instance, state));
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    Slave *slave = called(c, FREE_STATE);
+    if (!slave)
+        return fmi2Error;
+    if (state) {
+        free(*state);
+        *state = NULL;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
+    Slave *slave = called(c, STATE_SIZE);
+    if (!slave || !given(slave, STATE_SIZE, state, "FMUstate") || !given(slave, STATE_SIZE, size, "size"))
+        return fmi2Error;
+    *size = SAVED_SIZE;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+    Slave *slave = called(c, SERIALIZE);
+    if (!slave || !given(slave, SERIALIZE, state, "FMUstate") || !given(slave, SERIALIZE, bytes, "serializedState"))
+        return fmi2Error;
+    if (size < SAVED_SIZE)
+        return refuse(slave, "There is room for %lu bytes; expected %d.", (unsigned long)size, (int)SAVED_SIZE);
+    memcpy(bytes, state, SAVED_SIZE);
+    return fmi2OK;
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+    Slave *slave = called(c, DESERIALIZE);
+    if (!slave || !given(slave, DESERIALIZE, bytes, "serializedState")
+        || !given(slave, DESERIALIZE, state, "FMUstate")
+        || checked(slave, is_saved(&slave->instance, bytes, size)) != fmi2OK)
+        return fmi2Error;
+    if (!allocated(slave, state))
+        return fmi2Error;
+    memcpy(*state, bytes, SAVED_SIZE);
+    return fmi2OK;
+}

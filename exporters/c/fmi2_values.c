@@ -1,0 +1,150 @@
+/* FMI 2.0: variables and derivatives. */
+#include <math.h>
+
+#include "slave.h"
+
+static double element(Type type, const void *values, size_t i) {
+    if (type == REAL)
+        return ((const fmi2Real *)values)[i];
+    if (type == INTEGER)
+        return ((const fmi2Integer *)values)[i];
+    return ((const fmi2Boolean *)values)[i] != fmi2False;
+}
+
+/* Check the references of a get or set; all arguments may be NULL if there are none. */
+static int are_variables(Slave *slave, Call call, Type type, const fmi2ValueReference vr[], size_t n,
+                         const void *values) {
+    if (n && !(given(slave, call, vr, "vr") && given(slave, call, values, "value")))
+        return 0;
+    for (size_t i = 0; i < n; i++)
+        if (checked(slave, is_variable(&slave->instance, vr[i], type)) != fmi2OK)
+            return 0;
+    return 1;
+}
+
+static int is_output(fmi2ValueReference vr) {
+    return vr >= N_U && vr < N_U + N_Y;
+}
+
+static fmi2Status get(fmi2Component c, Call call, Type type, const fmi2ValueReference vr[], size_t n,
+                      void *values) {
+    Slave *slave = called(c, call);
+    if (!slave || !are_variables(slave, call, type, vr, n, values))
+        return fmi2Error;
+    for (size_t i = 0; i < n; i++)
+        if (is_output(vr[i]) && !prepare_outputs(&slave->instance))
+            return report(slave, fmi2Error);
+    for (size_t i = 0; i < n; i++) {
+        double value = slave->instance.now.values[vr[i]];
+        if (type == REAL)
+            ((fmi2Real *)values)[i] = value;
+        else
+            ((fmi2Integer *)values)[i] = (fmi2Integer)value; /* a Boolean is an int too */
+    }
+    return fmi2OK;
+}
+
+/* Set all values, or none if one is refused. */
+static fmi2Status set(fmi2Component c, Call call, Type type, const fmi2ValueReference vr[], size_t n,
+                      const void *values) {
+    Slave *slave = called(c, call);
+    if (!slave || !are_variables(slave, call, type, vr, n, values))
+        return fmi2Error;
+    for (size_t i = 0; i < n; i++)
+        if (!is_settable(&slave->instance, vr[i], element(type, values, i)))
+            return report(slave, fmi2Error);
+    for (size_t i = 0; i < n; i++)
+        assign(&slave->instance, vr[i], element(type, values, i));
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[]) {
+    return get(c, GET_REAL, REAL, vr, nvr, value);
+}
+
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[]) {
+    return get(c, GET_INTEGER, INTEGER, vr, nvr, value);
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[]) {
+    return get(c, GET_BOOLEAN, BOOLEAN, vr, nvr, value);
+}
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[]) {
+    return get(c, GET_STRING, STRING, vr, nvr, value); /* there is none */
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]) {
+    return set(c, SET_REAL, REAL, vr, nvr, value);
+}
+
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[]) {
+    return set(c, SET_INTEGER, INTEGER, vr, nvr, value);
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[]) {
+    return set(c, SET_BOOLEAN, BOOLEAN, vr, nvr, value);
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[]) {
+    return set(c, SET_STRING, STRING, vr, nvr, value);
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                       const fmi2Integer order[], const fmi2Real value[]) {
+    Slave *slave = called(c, SET_RATES);
+    if (!slave || !are_variables(slave, SET_RATES, REAL, vr, nvr, value))
+        return fmi2Error;
+    if (nvr && !given(slave, SET_RATES, order, "order"))
+        return fmi2Error;
+    for (size_t i = 0; i < nvr; i++) {
+        if (!is_rate_settable(&slave->instance, vr[i], value[i]))
+            return report(slave, fmi2Error);
+        if (order[i] != 1)
+            return refuse(slave, "The derivative of %s is of order %d; expected the first.", variables[vr[i]].name,
+                          order[i]);
+    }
+    for (size_t i = 0; i < nvr; i++)
+        slave->instance.now.u_rate[vr[i]] = value[i];
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                        const fmi2Integer order[], fmi2Real value[]) {
+    Slave *slave = called(c, GET_RATES);
+    (void)vr, (void)order, (void)value;
+    if (!slave || nvr == 0)
+        return slave ? fmi2OK : fmi2Error;
+    return refuse(slave, "The outputs have no derivatives (maxOutputDerivativeOrder is 0).");
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n_unknown,
+                                        const fmi2ValueReference known[], size_t n_known, const fmi2Real change[],
+                                        fmi2Real derivative[]) {
+    Slave *slave = called(c, DERIVATIVE);
+    double du[N_U] = {0}, dy[N_Y];
+    if (!slave || !are_variables(slave, DERIVATIVE, REAL, unknown, n_unknown, derivative)
+        || !are_variables(slave, DERIVATIVE, REAL, known, n_known, change))
+        return fmi2Error;
+    for (size_t i = 0; i < n_unknown; i++)
+        if (!is_output(unknown[i]))
+            return refuse(slave, "%s is no output: derivatives are those of outputs.", variables[unknown[i]].name);
+    for (size_t i = 0; i < n_known; i++) {
+        if (known[i] >= N_U)
+            return refuse(slave, "%s is no input: derivatives are those for inputs.", variables[known[i]].name);
+        if (!isfinite(change[i]))
+            return refuse(slave, "The change of %s is not finite.", variables[known[i]].name);
+        du[known[i]] += change[i];
+    }
+    if (!directional_derivative(&slave->instance, du, dy))
+        return report(slave, fmi2Error);
+    for (size_t i = 0; i < n_unknown; i++) {
+        if (!isfinite(dy[unknown[i] - N_U])) {
+            say(slave->instance.message, "%s has no finite derivative here.", variables[unknown[i]].name);
+            return report(slave, fmi2Discard);
+        }
+    }
+    for (size_t i = 0; i < n_unknown; i++)
+        derivative[i] = dy[unknown[i] - N_U];
+    return fmi2OK;
+}

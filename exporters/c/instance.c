@@ -1,0 +1,300 @@
+#include "instance.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Tolerance on the communication point, relative to the time since the start, at least in s; also the shortest step. */
+static const double TIME_TOLERANCE = 1e-9;
+
+/* Internal steps that one communication step may take; more would look like a hang. */
+static const double MOST_INTERNAL_STEPS = 1e6;
+
+enum { FIRST_OUTPUT = N_U, FIRST_PARAMETER = N_U + N_Y };
+
+/* --- checks --- */
+
+static void say_range(Instance *instance, const char *before, int reference, double value, const char *after) {
+    const Variable *v = &variables[reference];
+    char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
+    int below = v->minimum != -INFINITY, above = v->maximum != INFINITY;
+    say(instance->message, "%s%s is %s; expected a finite number%s%s%s%s%s%s.%s", before, v->name, number(value, 6, a),
+        below || above ? " of " : "", below ? "at least " : "", below ? number(v->minimum, 6, b) : "",
+        below && above ? " and " : "", above ? "at most " : "", above ? number(v->maximum, 6, c) : "", after);
+}
+
+const char *phase_name(int64_t phase) {
+    return phase == INSTANTIATED ? "instantiated" : phase == INITIALIZING ? "initializing"
+         : phase == RUNNING      ? "running"      : "terminated";
+}
+
+static int legal(int reference, double value) {
+    return isfinite(value) && value >= variables[reference].minimum && value <= variables[reference].maximum;
+}
+
+static int check_parameters(Instance *instance) {
+    double margins[N_REQUIREMENTS + 1];
+    const double *arguments[] = {&instance->now.values[FIRST_PARAMETER]};
+    double *results[] = {margins};
+    if (!instance->now.unchecked)
+        return 1;
+    if (N_REQUIREMENTS)
+        model_margins(arguments, results, 0, instance->work, 0);
+    say(instance->message, "");
+    for (int i = 0; requirements[i]; i++)
+        if (!(margins[i] > 0))
+            append(instance->message, "%s%s", instance->message[0] ? " " : "", requirements[i]);
+    if (instance->message[0])
+        return 0;
+    instance->now.unchecked = 0;
+    return 1;
+}
+
+static int check_result(Instance *instance, const double *x, const double *y, const char *what) {
+    static const char *const cure = " Check the inputs and parameters, or take a shorter step.";
+    char text[NUMBER_SIZE];
+    for (int i = 0; i < N_Y; i++) {
+        if (!legal(FIRST_OUTPUT + i, y[i])) {
+            say_range(instance, what, FIRST_OUTPUT + i, y[i], cure);
+            return 0;
+        }
+    }
+    for (int i = 0; i < N_X; i++) {
+        if (!isfinite(x[i])) {
+            say(instance->message, "%sthe state %s is %s; expected a finite number.%s", what, states[i],
+                number(x[i], 6, text), cure);
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static void notify(Instance *instance, const double *previous) {
+    char time[NUMBER_SIZE];
+    for (const Notice *notice = notices; notice->message; notice++) {
+        double value = instance->now.values[FIRST_OUTPUT + notice->output];
+        if (value != notice->value || (previous && previous[notice->output] == notice->value))
+            continue;
+        say(instance->message, "At %s s: %s", number(instance->now.time, 9, time), notice->message);
+        instance->warn(instance->receiver, instance->message);
+    }
+}
+
+/* --- values --- */
+
+void reset(Instance *instance) {
+    memset(&instance->now, 0, sizeof instance->now);
+    for (int i = 0; i < N_VARIABLES; i++)
+        instance->now.values[i] = variables[i].start;
+    instance->now.phase = INSTANTIATED;
+    instance->now.stale = instance->now.unchecked = 1;
+}
+
+int is_variable(Instance *instance, uint32_t reference, Type type) {
+    static const char *const names[] = {"Real", "Integer", "Boolean", "String"};
+    if (reference >= N_VARIABLES)
+        say(instance->message, "There is no variable with value reference %lu; expected 0 to %d.", (unsigned long)reference,
+            N_VARIABLES - 1);
+    else if (variables[reference].type != type)
+        say(instance->message, "%s (value reference %lu) is of type %s, not %s.", variables[reference].name,
+            (unsigned long)reference, names[variables[reference].type], names[type]);
+    else
+        return 1;
+    return 0;
+}
+
+int is_settable(Instance *instance, uint32_t reference, double value) {
+    const Variable *v = &variables[reference];
+    if (!legal((int)reference, value))
+        say_range(instance, "", (int)reference, value, "");
+    else if (reference >= FIRST_OUTPUT && reference < FIRST_PARAMETER)
+        say(instance->message, "%s is an output: only inputs and parameters can be set.", v->name);
+    else if (v->fixed && instance->now.phase >= RUNNING)
+        say(instance->message, "%s is a fixed parameter: set it before the initialization ends.", v->name);
+    else
+        return 1;
+    return 0;
+}
+
+void assign(Instance *instance, uint32_t reference, double value) {
+    instance->now.values[reference] = value;
+    instance->now.stale = 1;
+    if (reference >= FIRST_PARAMETER)
+        instance->now.unchecked = 1;
+}
+
+int is_rate_settable(Instance *instance, uint32_t reference, double rate) {
+    char text[NUMBER_SIZE];
+    if (!interpolates_inputs)
+        say(instance->message, "The inputs are read at samples, so they have no derivatives (canInterpolateInputs is false).");
+    else if (reference >= N_U)
+        say(instance->message, "%s is not an input: only inputs have derivatives.", variables[reference].name);
+    else if (!isfinite(rate))
+        say(instance->message, "The derivative of %s is %s; expected a finite number.", variables[reference].name,
+            number(rate, 6, text));
+    else
+        return 1;
+    return 0;
+}
+
+/* --- life --- */
+
+static Conditions conditions(const State *state) {
+    Conditions at = {state->values, state->u_rate, &state->values[FIRST_PARAMETER], state->start_time, state->time};
+    return at;
+}
+
+static void present(const Instance *instance, Result *state) {
+    memcpy(state->x, instance->now.x, sizeof state->x);
+    memcpy(state->y, &instance->now.values[FIRST_OUTPUT], sizeof state->y);
+    state->samples = instance->now.samples;
+}
+
+static void accept(Instance *instance, const Result *state) {
+    memcpy(instance->now.x, state->x, sizeof state->x);
+    memcpy(&instance->now.values[FIRST_OUTPUT], state->y, sizeof state->y);
+    instance->now.samples = state->samples;
+}
+
+static void initial_state(Instance *instance, double *x) {
+    const double *arguments[] = {&instance->now.values[FIRST_PARAMETER]};
+    double *results[] = {x};
+    model_initial_state(arguments, results, 0, instance->work, 0);
+}
+
+static int preview(Instance *instance) {
+    Conditions at = conditions(&instance->now);
+    Result first = {.samples = 0};
+    if (!check_parameters(instance))
+        return 0;
+    initial_state(instance, first.x);
+    present_outputs(&first, &at, instance->work, first.y);
+    if (!check_result(instance, first.x, first.y, "The initial values are wrong: "))
+        return 0;
+    accept(instance, &first);
+    instance->now.stale = 0;
+    return 1;
+}
+
+int prepare_outputs(Instance *instance) {
+    return instance->now.phase >= RUNNING || !instance->now.stale || preview(instance);
+}
+
+int set_start_time(Instance *instance, double start_time) {
+    char text[NUMBER_SIZE];
+    if (!isfinite(start_time)) {
+        say(instance->message, "The start time is %s; expected a finite number of seconds.", number(start_time, 6, text));
+        return 0;
+    }
+    instance->now.time = instance->now.start_time = start_time;
+    return 1;
+}
+
+int exit_initialization(Instance *instance) {
+    if (!preview(instance))
+        return 0;
+    instance->now.phase = RUNNING;
+    notify(instance, 0);
+    return 1;
+}
+
+int do_step(Instance *instance, double time, double step) {
+    State *now = &instance->now;
+    double elapsed = now->time - now->start_time;
+    double spacing = nextafter(fabs(now->time), INFINITY) - fabs(now->time);
+    char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
+    Message what;
+    if (!(fabs(time - now->time) <= TIME_TOLERANCE * fmax(1.0, elapsed) + 4 * spacing)) {
+        say(instance->message, "Expected the communication point %s s but was %s s.", number(now->time, 9, a), number(time, 9, b));
+        return 0;
+    }
+    if (!(step > 0 && isfinite(time + step))) {
+        say(instance->message, "The step size is %s s; expected a positive number of seconds.", number(step, 6, a));
+        return 0;
+    }
+    if (!check_parameters(instance))
+        return 0;
+    if (step >= TIME_TOLERANCE) {
+        Result before, after;
+        Conditions at = conditions(now);
+        at.time = time;
+        present(instance, &before);
+        double n = internal_steps(&before, &at, step);
+        if (!(n <= MOST_INTERNAL_STEPS)) {
+            say(instance->message, "The step of %s s takes %s internal steps; expected at most %s: take a shorter one.",
+                number(step, 6, a), number(n, 3, b), number(MOST_INTERNAL_STEPS, 7, c));
+            return 0;
+        }
+        take_step(&before, &at, step, instance->work, &after);
+        say(what, "The step from %s s failed: ", number(time, 9, a));
+        if (!check_result(instance, after.x, after.y, what))
+            return 0;
+        accept(instance, &after);
+        notify(instance, before.y);
+        memset(now->u_rate, 0, sizeof now->u_rate); /* they are given from the beginning of a step */
+    }
+    now->time = time + step;
+    return 1;
+}
+
+int directional_derivative(Instance *instance, const double *du, double *dy) {
+    Conditions at = conditions(&instance->now);
+    Result state;
+    if (!check_parameters(instance))
+        return 0;
+    present(instance, &state);
+    if (instance->now.phase < RUNNING)
+        initial_state(instance, state.x);
+    present_derivative(&state, &at, du, instance->work, dy);
+    return 1;
+}
+
+/* --- save and restore --- */
+
+void save(const Instance *instance, char *bytes) {
+    memcpy(bytes, fingerprint, sizeof fingerprint);
+    memcpy(&bytes[sizeof fingerprint], &instance->now, sizeof instance->now);
+}
+
+/* Whether bytes that came from outside make a state that a run could have reached. */
+static int possible(const State *state) {
+    static const double MOST_SAMPLES = 9007199254740992.0, LARGEST_INTEGER = 2147483647.0;
+    int fine = state->phase == INSTANTIATED || state->phase == INITIALIZING || state->phase == RUNNING
+            || state->phase == TERMINATED;
+    fine = fine && state->samples >= 0 && (double)state->samples < MOST_SAMPLES;
+    fine = fine && (state->stale | state->unchecked | 1) == 1;
+    fine = fine && isfinite(state->time) && isfinite(state->start_time);
+    for (int i = 0; i < N_VARIABLES && fine; i++) {
+        double value = state->values[i];
+        int whole = value == floor(value) && fabs(value) <= LARGEST_INTEGER;
+        fine = legal(i, value) && (variables[i].type == REAL || whole);
+    }
+    for (int i = 0; i < N_X && fine; i++)
+        fine = isfinite(state->x[i]);
+    for (int i = 0; i < N_U && fine; i++)
+        fine = isfinite(state->u_rate[i]);
+    return fine;
+}
+
+int is_saved(Instance *instance, const char *bytes, size_t size) {
+    State state;
+    if (size != SAVED_SIZE || memcmp(bytes, fingerprint, sizeof fingerprint)) {
+        say(instance->message,
+            "The saved state of %lu bytes is not one of this component; expected %d bytes that this version of it has "
+            "saved.",
+            (unsigned long)size, SAVED_SIZE);
+        return 0;
+    }
+    memcpy(&state, &bytes[sizeof fingerprint], sizeof state);
+    if (!possible(&state)) {
+        say(instance->message, "The saved state is damaged: it holds values that this component never saves.");
+        return 0;
+    }
+    return 1;
+}
+
+int restore(Instance *instance, const char *bytes) {
+    if (!is_saved(instance, bytes, SAVED_SIZE))
+        return 0;
+    memcpy(&instance->now, &bytes[sizeof fingerprint], sizeof instance->now);
+    return 1;
+}

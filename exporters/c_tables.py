@@ -1,0 +1,108 @@
+"""The declared interface of a component as C tables, for the hand-written shell in `c/`."""
+
+import json
+from collections.abc import Iterable
+from hashlib import sha256
+from importlib.metadata import version
+
+import numpy as np
+
+from ..components.interface import Component, Continuous, Sampled
+from .model_description import LOG_CATEGORIES
+
+STATE_VERSION = 1
+"""Version of a saved state; raised whenever `State` in c/instance.h changes."""
+
+
+def header(component: Component, work_size: int) -> str:
+    """Return component.h: sizes, and the places of the parameters that the shell reads."""
+    names = component.p.names
+    if isinstance(component, Sampled):
+        draws, internal_step = component.draws, names.index(component.period)
+        seed = names.index(component.seed) if component.seed else -1
+    else:
+        assert isinstance(component, Continuous)
+        draws, internal_step, seed = 0, names.index(component.max_step), -1
+    return f"""\
+/* Sizes of {component.name}. */
+enum {{
+    N_U = {component.u.size},
+    N_Y = {component.y.size},
+    N_X = {component.x.size},
+    N_VARIABLES = {component.u.size + component.y.size + component.p.size},
+    N_REQUIREMENTS = {len(component.requirements)},
+    N_DRAWS = {draws},
+    N_WORK = {max(work_size, 1)},
+    INTERNAL_STEP = {internal_step}, /* the parameter with the time between samples, or the longest internal step */
+    SEED = {seed} /* the parameter that selects the draws; -1 without draws */
+}};
+"""
+
+
+def source(component: Component, guid: str) -> str:
+    """Return component.c: variables, messages, and what identifies the component."""
+    return f"""\
+/* The declared interface of {component.name}. */
+#include "interface.h"
+
+#include <math.h>
+
+const char guid[] = {_text(guid)};
+const unsigned char fingerprint[16] = {{{", ".join(map(str, _fingerprint(component)))}}};
+
+const Variable variables[N_VARIABLES] = {{
+{_lines(_variables(component))}
+}};
+
+const char *const states[N_X] = {{
+{_lines(map(_text, component.x.names))}
+}};
+
+const char *const requirements[] = {{
+{_lines([_text(requirement.message) for requirement in component.requirements] + ["0"])}
+}};
+
+const Notice notices[] = {{
+{_lines([*_notices(component), "{0, 0.0, 0}"])}
+}};
+
+const char *const log_categories[] = {{
+{_lines([_text(name) for name in LOG_CATEGORIES] + ["0"])}
+}};
+"""
+
+
+def _variables(component: Component) -> Iterable[str]:
+    for signals, is_parameter in ((component.inputs + component.outputs, False), (component.parameters, True)):
+        for signal in signals:
+            fixed = int(is_parameter and not signal.tunable)
+            columns = (signal.elements(values) for values in (signal.start, signal.minimum, signal.maximum))
+            for name, *numbers in zip(signal.names, *columns, strict=True):
+                values = ", ".join(_number(value) for value in numbers)
+                yield f"{{{_text(name)}, {signal.type.upper()}, {fixed}, {values}}}"
+
+
+def _notices(component: Component) -> list[str]:
+    names = component.y.names
+    return [f"{{{names.index(n.key)}, {_number(n.value)}, {_text(n.message)}}}" for n in component.notices]
+
+
+def _fingerprint(component: Component) -> bytes:
+    """Return what tells the saved states of this version of this component from all others."""
+    layouts = (component.u, component.y, component.p, component.x)
+    names = [component.name, version("rov-cosim"), str(STATE_VERSION), *(name for layout in layouts for name in layout.names)]
+    return sha256("\n".join(names).encode()).digest()[:16]
+
+
+def _number(value: float) -> str:
+    if np.isinf(value):
+        return "INFINITY" if value > 0 else "-INFINITY"
+    return repr(float(value))
+
+
+def _text(text: str) -> str:
+    return json.dumps(text)
+
+
+def _lines(items: Iterable[str]) -> str:
+    return "\n".join(f"    {item}," for item in items)

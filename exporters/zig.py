@@ -1,0 +1,65 @@
+"""Compiling C for every platform with the compiler that the PyPI package `ziglang` brings; no system compiler is used."""
+
+import struct
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+
+from .build import BuildError
+
+TARGETS = {
+    "linux64": ("x86_64-linux-gnu.2.17",),
+    "win64": ("x86_64-windows-gnu",),
+    "darwin64": ("x86_64-macos", "aarch64-macos"),
+}
+"""What each platform of FMI 2.0 is compiled for; several targets go into one universal binary."""
+
+SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}
+
+# Without contraction a product and a sum round twice on every machine, as they do in NumPy.
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror")
+
+_LINK = ("-shared", "-fPIC", "-s")
+_FAT_MAGIC, _CPU_TYPES = 0xCAFEBABE, {"x86_64-macos": (0x01000007, 3), "aarch64-macos": (0x0100000C, 0)}
+_FAT_ALIGNMENT = 14
+
+
+def recipe() -> str:
+    """Return how binaries are made: the compiler's version and its flags."""
+    lines = [f"{platform}: zig cc -target {target}" for platform, targets in TARGETS.items() for target in targets]
+    return "\n".join([f"ziglang {version('ziglang')}", *lines, " ".join((*FLAGS, *_LINK)), ""])
+
+
+def shared_library(sources: Mapping[str, bytes], platform: str) -> bytes:
+    """Return the shared library of C sources and headers, by name, for a platform of `TARGETS`."""
+    slices = {target: _compile(sources, target) for target in TARGETS[platform]}
+    return next(iter(slices.values())) if len(slices) == 1 else _universal(slices)
+
+
+def _compile(sources: Mapping[str, bytes], target: str) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in sources.items():
+            (Path(folder) / name).write_bytes(content)
+        files = sorted(name for name in sources if name.endswith(".c"))
+        output = "library.dll" if "windows" in target else "library"
+        libraries = [] if "windows" in target else ["-lm"]
+        command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *FLAGS, *_LINK, "-o", output]
+        done = subprocess.run([*command, *files, *libraries], cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise BuildError(f"The compiler fails for {target}:\n{done.stderr}")
+        return (Path(folder) / output).read_bytes()
+
+
+def _universal(slices: Mapping[str, bytes]) -> bytes:
+    """Return a universal Mach-O binary: a big-endian table of architectures, then their binaries, aligned."""
+    table = struct.pack(">II", _FAT_MAGIC, len(slices))
+    body = b""
+    start = 1 << _FAT_ALIGNMENT
+    for target, content in slices.items():
+        offset = start + len(body)
+        table += struct.pack(">5I", *_CPU_TYPES[target], offset, len(content), _FAT_ALIGNMENT)
+        body += content + bytes(-len(content) % start)
+    return table + bytes(start - len(table)) + body
