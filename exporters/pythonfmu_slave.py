@@ -70,6 +70,7 @@ class ComponentSlave(Fmi2Slave):
             _release_interpreter_once(root / "binaries" / "linux64" / f"{self.component.name}.so")
         self._instance = Instance(self.component, lambda message: self.log(message, Fmi2Status.warning))
         groups = (self.component.inputs, self.component.outputs, self.component.parameters)
+        self._names = [name for group in groups for signal in group for name in signal.names]
         self._types = [signal.type for group in groups for signal in group for _ in signal.names]
 
     @_reported
@@ -151,7 +152,7 @@ class ComponentSlave(Fmi2Slave):
                 )
             if self._types[vr] != type_:
                 raise ComponentError(
-                    f"The variable with value reference {vr} is of type {self._types[vr]}, not {type_}."
+                    f"{self._names[vr]} (value reference {vr}) is of type {self._types[vr]}, not {type_}."
                 )
         return vrs
 

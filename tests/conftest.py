@@ -19,8 +19,21 @@ def archives() -> dict[str, Path]:
 
 @pytest.fixture(scope="session")
 def fmus(archives) -> dict[str, Path]:
-    """Return the FMUs by component name."""
+    """Return the native FMUs by component name."""
     return {name: fmu_path(session.project_root(), name) for name in components()}
+
+
+@pytest.fixture(scope="session")
+def python_fmus() -> dict[str, Path]:
+    """Return the pythonfmu FMUs by component name."""
+    session.build(export="pythonfmu")
+    return {name: fmu_path(session.project_root(), name, "pythonfmu") for name in components()}
+
+
+@pytest.fixture(scope="session")
+def exported(fmus, python_fmus) -> dict[str, dict[str, Path]]:
+    """Return the FMUs by export and component name."""
+    return {"native": fmus, "pythonfmu": python_fmus}
 
 
 @pytest.fixture(scope="session")
