@@ -43,9 +43,9 @@ def source(component: Component, guid: str) -> str:
     """Return component.c: variables, messages, and what identifies the component."""
     return f"""\
 /* The declared interface of {component.name}. */
-#include "interface.h"
-
 #include <math.h>
+
+#include "interface.h"
 
 const char guid[] = {_text(guid)};
 const unsigned char fingerprint[16] = {{{", ".join(map(str, _fingerprint(component)))}}};

@@ -29,7 +29,7 @@ def export(component: Component, path: Path, platforms: Iterable[str] = ()) -> b
     kept = _kept_binaries(path, content, places.values())
     wanted = set(platforms) or {_host_platform()}
     new = {
-        place: zig.shared_library(sources(component), platform)
+        place: zig.shared_library(component.name, sources(component), platform)
         for platform, place in places.items()
         if platform in wanted and place not in kept
     }

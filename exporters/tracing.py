@@ -10,8 +10,11 @@ from ..components.interface import Component, Continuous, Layout, Sampled
 _OPTIONS = {"casadi_int": "int", "with_export": False}
 _HEADER = """\
 /* The equations of {name}, traced from the NumPy functions of its component by CasADi {version}. */
+#include <math.h>
+
+#include "hidden.h"
+
 #ifdef __GNUC__
-#pragma GCC visibility push(hidden)
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #endif
 

@@ -33,18 +33,22 @@ def recipe() -> str:
     return "\n".join([f"ziglang {version('ziglang')}", *lines, " ".join((*FLAGS, *_LINK)), ""])
 
 
-def shared_library(sources: Mapping[str, bytes], platform: str) -> bytes:
-    """Return the shared library of C sources and headers, by name, for a platform of `TARGETS`."""
-    slices = {target: _compile(sources, target) for target in TARGETS[platform]}
+def shared_library(name: str, sources: Mapping[str, bytes], platform: str) -> bytes:
+    """Return the shared library `name` of C sources and headers, by file name, for a platform of `TARGETS`.
+
+    Raises
+    ------
+    BuildError : the compiler refuses the source; the message is the compiler's.
+    """
+    slices = {target: _compile(name + SUFFIXES[platform], sources, target) for target in TARGETS[platform]}
     return next(iter(slices.values())) if len(slices) == 1 else _universal(slices)
 
 
-def _compile(sources: Mapping[str, bytes], target: str) -> bytes:
+def _compile(output: str, sources: Mapping[str, bytes], target: str) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         for name, content in sources.items():
             (Path(folder) / name).write_bytes(content)
         files = sorted(name for name in sources if name.endswith(".c"))
-        output = "library.dll" if "windows" in target else "library"
         libraries = [] if "windows" in target else ["-lm"]
         command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *FLAGS, *_LINK, "-o", output]
         done = subprocess.run([*command, *files, *libraries], cwd=folder, capture_output=True, text=True, check=False)

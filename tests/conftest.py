@@ -24,9 +24,15 @@ def fmus(archives) -> dict[str, Path]:
 
 
 @pytest.fixture(scope="session")
-def python_fmus() -> dict[str, Path]:
+def python_archives() -> dict[str, Path]:
+    """Return the SSP archives with pythonfmu FMUs by system name."""
+    session.build(*SYSTEMS.values(), export="pythonfmu")
+    return {name: session.ssp_path(system, "pythonfmu") for name, system in SYSTEMS.items()}
+
+
+@pytest.fixture(scope="session")
+def python_fmus(python_archives) -> dict[str, Path]:
     """Return the pythonfmu FMUs by component name."""
-    session.build(export="pythonfmu")
     return {name: fmu_path(session.project_root(), name, "pythonfmu") for name in components()}
 
 

@@ -1,7 +1,7 @@
-#include "instance.h"
-
 #include <math.h>
 #include <string.h>
+
+#include "instance.h"
 
 /* Tolerance on the communication point, relative to the time since the start, at least in s; also the shortest step. */
 static const double TIME_TOLERANCE = 1e-9;
@@ -32,7 +32,7 @@ static int legal(int reference, double value) {
 }
 
 static int check_parameters(Instance *instance) {
-    double margins[N_REQUIREMENTS + 1];
+    double margins[N_REQUIREMENTS + 1] = {0};
     const double *arguments[] = {&instance->now.values[FIRST_PARAMETER]};
     double *results[] = {margins};
     if (!instance->now.unchecked)

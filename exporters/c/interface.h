@@ -3,10 +3,7 @@
 #define INTERFACE_H
 
 #include "component.h"
-
-#ifdef __GNUC__
-#pragma GCC visibility push(hidden)
-#endif
+#include "hidden.h"
 
 typedef enum { REAL, INTEGER, BOOLEAN, STRING } Type;
 
@@ -42,9 +39,5 @@ Traced model_advance;       /* continuous: x, u, p, h -> x after an internal ste
 Traced model_outputs;       /* continuous: x, u, p -> y */
 Traced model_sample;        /* sampled: x, u, p, draws -> x after a sample, y */
 Traced model_derivative;    /* x, u, p, draws (if sampled), direction of u -> directional derivative of y */
-
-#ifdef __GNUC__
-#pragma GCC visibility pop
-#endif
 
 #endif

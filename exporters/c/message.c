@@ -1,9 +1,9 @@
-#include "message.h"
-
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+
+#include "message.h"
 
 void say(Message message, const char *format, ...) {
     va_list arguments;

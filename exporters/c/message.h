@@ -2,6 +2,8 @@
 #ifndef MESSAGE_H
 #define MESSAGE_H
 
+#include "hidden.h"
+
 enum { NUMBER_SIZE = 32, MESSAGE_SIZE = 1024 };
 
 typedef char Message[MESSAGE_SIZE];

@@ -1,7 +1,7 @@
 /* Philox4x64-10 (Salmon et al., Parallel random numbers: as easy as 1, 2, 3, SC11) and the Box-Muller transform. */
-#include "noise.h"
-
 #include <math.h>
+
+#include "noise.h"
 
 static const double PI = 3.14159265358979323846;
 

@@ -4,6 +4,8 @@
 
 #include <stdint.h>
 
+#include "hidden.h"
+
 /* Four 64-bit words of Philox4x64-10 with key (seed, 0) and counter (block, index, 0, 0). */
 void philox(uint64_t seed, uint64_t index, uint64_t block, uint64_t words[4]);
 

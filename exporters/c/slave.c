@@ -1,8 +1,8 @@
-#include "slave.h"
-
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+
+#include "slave.h"
 
 enum { I = INSTANTIATED, M = INITIALIZING, R = RUNNING, T = TERMINATED, ANY = I | M | R | T };
 

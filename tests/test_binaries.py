@@ -1,0 +1,172 @@
+"""The native binaries: what they need, what they export, how they are made, and that a host without Python runs them."""
+
+import re
+import shutil
+import subprocess
+import sys
+from importlib.resources import files
+from pathlib import Path
+
+import lief
+import numpy as np
+import pytest
+from fmpy import extract, read_model_description
+from fmpy.validation import validate_fmu
+
+from fmu import Fmu
+from rig import Rig
+from rov_cosim.exporters import archive, native_export, zig
+from rov_cosim.exporters.build import components
+
+COMPONENTS = components()
+NAMES = list(COMPONENTS)
+HEADERS = files("fmpy") / "c-code"
+LIBRARIES = {
+    "linux64": {"libc.so.6", "libm.so.6"},
+    "win64": {"KERNEL32.dll"},
+    "darwin64": {"/usr/lib/libSystem.B.dylib"},
+}
+MODEL_EXCHANGE = {
+    "fmi2EnterEventMode",
+    "fmi2NewDiscreteStates",
+    "fmi2EnterContinuousTimeMode",
+    "fmi2CompletedIntegratorStep",
+    "fmi2SetTime",
+    "fmi2SetContinuousStates",
+    "fmi2GetDerivatives",
+    "fmi2GetEventIndicators",
+    "fmi2GetContinuousStates",
+    "fmi2GetNominalsOfContinuousStates",
+}
+STANDARD = set(re.findall(r"#define (fmi2\w+) +fmi2FullName", (HEADERS / "fmi2Functions.h").read_text())) - MODEL_EXCHANGE
+
+
+@pytest.fixture(scope="session")
+def universal(tmp_path_factory) -> dict[str, Path]:
+    """Return FMUs with the binaries of every platform by component name."""
+    folder = tmp_path_factory.mktemp("universal")
+    for name, component in COMPONENTS.items():
+        native_export.export(component, folder / f"{name}.fmu", zig.TARGETS)
+    return {name: folder / f"{name}.fmu" for name in NAMES}
+
+
+def assert_self_sufficient(fmu, name, platform):
+    content = archive.read(fmu)[f"binaries/{platform}/{name}{zig.SUFFIXES[platform]}"]
+    parsed = lief.MachO.parse(list(content)) if platform == "darwin64" else [lief.parse(list(content))]
+    assert len(list(parsed)) == len(zig.TARGETS[platform])
+    for binary in parsed:
+        libraries = {getattr(library, "name", library) for library in binary.libraries}
+        own = {f"{name}.dylib"}  # a Mach-O names itself, and Windows has its C runtime in parts
+        assert {lib for lib in libraries - own if not lib.startswith("api-ms-win-crt-")} <= LIBRARIES[platform]
+        exported = {function.name.removeprefix("_") for function in binary.exported_functions}
+        assert exported - {"_dso_handle", "mh_dylib_header", "_mh_dylib_header"} == STANDARD  # the linker's own
+        if platform == "linux64":
+            versions = {v.name for needed in binary.symbols_version_requirement for v in needed.get_auxiliary_symbols()}
+            assert max(tuple(map(int, v.removeprefix("GLIBC_").split("."))) for v in versions) <= (2, 17)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_linux_binary_needs_an_old_libc_alone_and_exports_fmi_alone(fmus, name):
+    assert_self_sufficient(fmus[name], name, "linux64")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("platform", zig.TARGETS)
+@pytest.mark.parametrize("name", NAMES)
+def test_the_binary_of_each_platform_needs_its_c_library_alone(universal, name, platform):
+    assert_self_sufficient(universal[name], name, platform)
+    assert validate_fmu(str(universal[name])) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_rebuilt_binaries_are_the_same_to_the_byte(universal, tmp_path, name):
+    again = tmp_path / f"{name}.fmu"
+    native_export.export(COMPONENTS[name], again, zig.TARGETS)
+    assert again.read_bytes() == universal[name].read_bytes()
+
+
+def test_an_fmu_keeps_the_binaries_of_other_platforms_while_they_are_current(universal, tmp_path):
+    path = tmp_path / "passive_arm.fmu"
+    shutil.copy(universal["passive_arm"], path)
+    assert not native_export.export(COMPONENTS["passive_arm"], path)
+    content = archive.read(path)
+    archive.write(path, {**content, "sources/model.c": b"/* of an older version */"})
+    assert native_export.export(COMPONENTS["passive_arm"], path)
+    assert {name.split("/")[1] for name in archive.read(path) if name.startswith("binaries/")} == {"linux64"}
+
+
+def record(path: Path) -> None:
+    """Write a record for host.c: 2000 steps of the controller in Python, fed with a moving pose and set-point."""
+    rig = Rig(COMPONENTS["adaptive_pd"], {"eta_m_valid": 1}).start()
+    inputs = [name for name in rig.component.u.names if name not in ("eta_m_valid", "disable")]
+    outputs = [name for signal in rig.component.outputs if signal.type == "Real" for name in signal.names]
+    groups = [["eta_m_valid"], inputs, outputs]
+    lines = [" ".join(str(len(group)) for group in groups)]
+    lines += [" ".join(str(rig.index[name]) for name in group) for group in groups]
+    for n in range(2000):
+        values = [0.4 * np.sin(0.01 * n * (1 + 0.1 * i)) for i, _ in enumerate(inputs)]
+        rig.set(dict(zip(inputs, values, strict=True)))
+        rig.step()
+        lines.append(" ".join(repr(float(v)) for v in [*values, *(rig.get(name) for name in outputs)]))
+    path.write_text("\n".join(lines))
+
+
+def compiled_host(folder: Path, target: str, suffix: str = "") -> Path:
+    host = folder / f"host{suffix}"
+    source = Path(__file__).parent / "host.c"
+    flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-I", HEADERS, "-o", host]
+    libraries = [] if "windows" in target else ["-ldl", "-lm"]
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *flags, source, *libraries]
+    subprocess.run(command, check=True, cwd=folder)
+    return host
+
+
+def assert_host_agrees(command, fmu, folder):
+    record(folder / "record.txt")
+    done = subprocess.run(
+        [*command, read_model_description(fmu).guid, "record.txt", "0.03"], cwd=folder, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    steps, deviation = re.fullmatch(r"(\d+) steps, largest deviation (\S+)\s*", done.stdout).groups()
+    assert int(steps) == 2000
+    assert float(deviation) < 1e-9
+
+
+def test_a_c_host_gets_the_reference_numbers(fmus, tmp_path):
+    folder = Path(extract(fmus["adaptive_pd"], tmp_path / "fmu"))
+    host = compiled_host(tmp_path, "x86_64-linux-gnu")
+    library = folder / "binaries" / "linux64" / "adaptive_pd.so"
+    assert_host_agrees([host, library], str(fmus["adaptive_pd"]), tmp_path)
+
+
+@pytest.mark.wine
+@pytest.mark.skipif(shutil.which("wine") is None, reason="wine is not installed")
+def test_the_windows_binary_runs_under_wine(universal, tmp_path):
+    folder = Path(extract(universal["adaptive_pd"], tmp_path / "fmu"))
+    host = compiled_host(tmp_path, "x86_64-windows-gnu", ".exe")
+    library = folder / "binaries" / "win64" / "adaptive_pd.dll"
+    assert_host_agrees(["wine", host, library], str(universal["adaptive_pd"]), tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("cc") is None, reason="needs cmake and a C compiler")
+@pytest.mark.parametrize("name", NAMES)
+def test_fmpy_compiles_the_source_inside(fmus, tmp_path, name):
+    place = f"binaries/linux64/{name}.so"
+    content = archive.read(fmus[name])
+    shipped = content.pop(place)
+    path = tmp_path / f"{name}.fmu"
+    archive.write(path, content)
+    command = [Path(sys.executable).with_name("fmpy"), "compile", path, "--all-warnings", "--warning-as-error"]
+    subprocess.run(command, check=True, cwd=tmp_path)
+    compiled = archive.read(path)[place]
+    assert compiled != shipped
+    exported = {function.name for function in lief.parse(list(compiled)).exported_functions}
+    assert {symbol for symbol in exported if not symbol.startswith("_")} == STANDARD
+    one, reference = Fmu(path, tmp_path / "one"), Fmu(fmus[name], tmp_path / "reference")
+    for fmu in (one, reference):
+        fmu.start()
+        for n in range(100):
+            fmu.step(n)
+    assert one.outputs() == pytest.approx(reference.outputs(), rel=1e-9, abs=1e-12)
