@@ -7,6 +7,7 @@ import struct
 from collections.abc import Callable, Sequence
 from enum import IntEnum
 from hashlib import sha256
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,8 @@ TIME_TOLERANCE = 1e-9
 MOST_INTERNAL_STEPS = 1_000_000
 """Internal steps or samples that one step may take; more would look like a hang."""
 
-MOST_SAMPLES = 2**53
-"""Samples that a double can count."""
-
-_HEADER = struct.Struct("<16s5dq")
+_HEADER = struct.Struct("<16sI")
+_FLAGS_AND_CLOCK = 7
 
 
 class Phase(IntEnum):
@@ -62,12 +61,11 @@ class Instance:
         self._values = layout.start
         self._u, self._y, self._p = self._values[:n_u], self._values[self._outputs], self._values[n_u + n_y :]
         tunable = [signal.tunable for signal in component.parameters for _ in signal.names]
-        groups = (component.inputs, component.outputs, component.parameters)
-        self._is_real = np.array([signal.type == "Real" for group in groups for signal in group for _ in signal.names])
         self._is_fixed = np.concatenate([np.zeros(n_u + n_y, dtype=bool), ~np.array(tunable, dtype=bool)])
         self._x = np.zeros(component.x.size)
         self.phase = Phase.INSTANTIATED
         self.time = self._start_time = 0.0
+        self._stop_time = np.inf
         self._samples = 0
         self._stale = True
         self._unchecked = True
@@ -112,12 +110,15 @@ class Instance:
         values: list[float] = self._values[index].tolist()
         return values
 
-    def set_start_time(self, start_time: float) -> None:
-        """Take the time in s at which the run starts; 0 if never set."""
-        self._expect(Phase.INSTANTIATED, "The start time can be set")
-        if not np.isfinite(start_time):
-            raise ComponentError(f"The start time is {start_time}; expected a finite number of seconds.")
-        self.time = self._start_time = float(start_time)
+    def set_times(self, start: float, stop: float = np.inf) -> None:
+        """Take the times in s at which the run starts, 0 if never set, and beyond which no step may go."""
+        self._expect(Phase.INSTANTIATED, "The times of the run can be set")
+        if not (np.isfinite(start) and stop >= start):
+            raise ComponentError(
+                f"The run is from {start:.9g} s to {stop:.9g} s; expected finite times, the stop not before the start."
+            )
+        self.time = self._start_time = float(start)
+        self._stop_time = float(stop)
 
     def enter_initialization(self) -> None:
         """Begin the initialization."""
@@ -136,15 +137,20 @@ class Instance:
 
         Raises
         ------
-        ComponentError : the step is not positive or far too long, the time is not where the last step ended, the
-            parameters are inconsistent, or the result leaves its range. The state is then that before the step.
+        ComponentError : the step is not positive, far too long or goes beyond the stop time, the time is not where the
+            last step ended, the parameters are inconsistent, or the result leaves its range. The state is then that
+            before the step.
         """
         self._expect(Phase.RUNNING, "A step can be taken")
-        elapsed = self.time - self._start_time
-        if not abs(time - self.time) <= TIME_TOLERANCE * max(1.0, elapsed) + 4 * np.spacing(abs(self.time)):
+        tolerance = TIME_TOLERANCE * max(1.0, self.time - self._start_time) + 4 * np.spacing(abs(self.time))
+        if not abs(time - self.time) <= tolerance:
             raise ComponentError(f"Expected the communication point {self.time:.9g} s but was {time:.9g} s.")
         if not (step > 0 and np.isfinite(time + step)):
             raise ComponentError(f"The step size is {step:g} s; expected a positive number of seconds.")
+        if time + step > self._stop_time + tolerance:
+            raise ComponentError(
+                f"The step ends at {time + step:.9g} s; expected at most the stop time {self._stop_time:.9g} s."
+            )
         self._check_parameters()
         if step >= TIME_TOLERANCE:
             before = Result(self._x, self._y.copy(), self._samples)
@@ -170,8 +176,9 @@ class Instance:
     def save(self) -> bytes:
         """Return all that the rest of the run depends on."""
         flags = (float(self.phase), float(self._stale), float(self._unchecked))
-        header = _HEADER.pack(self._fingerprint, *flags, self.time, self._start_time, self._samples)
-        return header + np.concatenate([self._x, self._values]).astype("<f8").tobytes()
+        clock = (self.time, self._start_time, self._stop_time, float(self._samples))
+        content = np.concatenate([flags, clock, self._x, self._values]).astype("<f8").tobytes()
+        return _HEADER.pack(self._fingerprint, crc32(content)) + content
 
     def restore(self, state: bytes) -> None:
         """Return to a state that `save` returned, of this or of another instance of the component.
@@ -180,30 +187,29 @@ class Instance:
         ------
         ComponentError : the bytes are not such a state.
         """
-        size = _HEADER.size + 8 * (self._x.size + self._values.size)
-        if len(state) != size or state[:16] != self._fingerprint:
-            raise ComponentError(
-                f"The saved state of {len(state)} bytes is not one of this component; expected {size} bytes that this "
-                f"version of {self.component.name} has saved."
-            )
-        _, phase, stale, unchecked, time, start, samples = _HEADER.unpack(state[: _HEADER.size])
-        vector = np.frombuffer(state[_HEADER.size :], dtype="<f8")
-        x, values = vector[: self._x.size], vector[self._x.size :]
-        whole = (values == np.floor(values)) & (np.abs(values) < 2**31)
-        legal = (self._legal(values, slice(None)) & (self._is_real | whole)).all()
-        flags = {stale, unchecked} <= {0.0, 1.0} and phase in tuple(Phase) and 0 <= samples < MOST_SAMPLES
-        if not legal or not flags or not np.isfinite([time, start, *x]).all():
-            raise ComponentError("The saved state is damaged: it holds values that this component never saves.")
+        size = _HEADER.size + 8 * (_FLAGS_AND_CLOCK + self._x.size + self._values.size)
+        if len(state) != size:
+            raise ComponentError(f"The saved state has {len(state)} bytes; expected {size}.")
+        fingerprint, checksum = _HEADER.unpack(state[: _HEADER.size])
+        if fingerprint != self._fingerprint:
+            raise ComponentError("The saved state is of another component, or of another version of this one.")
+        if checksum != crc32(state[_HEADER.size :]):
+            raise ComponentError("The saved state is damaged: it is not what this component has saved.")
+        content = np.frombuffer(state[_HEADER.size :], dtype="<f8")
+        phase, stale, unchecked, self.time, self._start_time, self._stop_time, samples = content[
+            :_FLAGS_AND_CLOCK
+        ].tolist()
         self.phase, self._stale, self._unchecked = Phase(int(phase)), bool(stale), bool(unchecked)
-        self.time, self._start_time, self._samples = time, start, samples
-        self._x, self._values[:] = x.copy(), values
+        self._samples = int(samples)
+        vector = content[_FLAGS_AND_CLOCK:]
+        self._x, self._values[:] = vector[: self._x.size].copy(), vector[self._x.size :]
 
     def _preview(self) -> Vector:
         """Compute the outputs that the run would start with; return its initial state."""
         self._check_parameters()
         with np.errstate(all="ignore"):
             x, y = stepping.initial(self.component, self._u, self._p)
-        self._check_result(x, y, "The initial values are wrong")
+        self._check_result(x, y, f"The initialization at {self.time:.9g} s failed")
         self._y[:] = y
         self._stale = False
         return x

@@ -42,9 +42,7 @@ def advance(
     return _integrate(component, before, u, p, step)
 
 
-def internal_steps(
-    component: Component, before: Result, p: Vector, start: float, time: float, step: float
-) -> float:
+def internal_steps(component: Component, before: Result, p: Vector, start: float, time: float, step: float) -> float:
     """Return about how many internal steps or samples `advance` takes."""
     parameters = component.p.unpack(p)
     if isinstance(component, Sampled):

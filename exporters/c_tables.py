@@ -10,7 +10,7 @@ import numpy as np
 from ..components.interface import Component, Continuous, Sampled
 from .model_description import LOG_CATEGORIES
 
-STATE_VERSION = 1
+STATE_VERSION = 2
 """Version of a saved state; raised whenever `State` in c/instance.h changes."""
 
 
@@ -90,7 +90,12 @@ def _notices(component: Component) -> list[str]:
 def _fingerprint(component: Component) -> bytes:
     """Return what tells the saved states of this version of this component from all others."""
     layouts = (component.u, component.y, component.p, component.x)
-    names = [component.name, version("rov-cosim"), str(STATE_VERSION), *(name for layout in layouts for name in layout.names)]
+    names = [
+        component.name,
+        version("rov-cosim"),
+        str(STATE_VERSION),
+        *(name for layout in layouts for name in layout.names),
+    ]
     return sha256("\n".join(names).encode()).digest()[:16]
 
 

@@ -42,7 +42,7 @@ math[display="block"] {{ margin: .8em 0; }}
 
 
 def entries(component: Component, packages: Iterable[str]) -> dict[str, bytes]:
-    """Return by name in the archive: the documentation of a component's FMU, the licences of packages in it, its icon."""
+    """Return documentation and icon of a component's FMU, and the licences of the packages in it, by name."""
     content = {"documentation/index.html": page(component).encode(), "model.png": icon(component.symbol)}
     for package in packages:
         for file in distribution(package).files or ():

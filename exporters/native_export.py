@@ -4,11 +4,10 @@ from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from pathlib import Path
 
-import fmpy
+from fmpy.model_description import ModelDescription
 
 from ..components.interface import Component, Continuous, Sampled
 from . import archive, c_tables, documentation, model_description, tracing, zig
-from .build import BuildError
 
 _STANDARD_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 _SAMPLED_ONLY = {"sampled.c", "noise.c", "noise.h"}
@@ -18,7 +17,7 @@ _CONTINUOUS_ONLY = {"continuous.c"}
 def export(component: Component, path: Path, platforms: Iterable[str] = ()) -> bool:
     """Write the FMU of a component to `path` unless it is current; tell whether it was written.
 
-    platforms are some of `zig.TARGETS`, or this machine's if left out. What was built for others stays in while current.
+    platforms are some of `zig.TARGETS`, or this machine's if left out. Binaries for others stay in while current.
 
     Raises
     ------
@@ -27,7 +26,7 @@ def export(component: Component, path: Path, platforms: Iterable[str] = ()) -> b
     content = entries(component)
     places = {platform: _place(component, platform) for platform in zig.TARGETS}
     kept = _kept_binaries(path, content, places.values())
-    wanted = set(platforms) or {_host_platform()}
+    wanted = set(platforms) or {platform for platform, targets in zig.TARGETS.items() if zig.host_target() in targets}
     new = {
         place: zig.shared_library(component.name, sources(component), platform)
         for platform, place in places.items()
@@ -39,7 +38,9 @@ def export(component: Component, path: Path, platforms: Iterable[str] = ()) -> b
 def entries(component: Component) -> dict[str, bytes]:
     """Return the content of a component's FMU but for its binaries, name to bytes."""
     code = sources(component)
-    description = model_description.to_xml(_description(component), [name for name in sorted(code) if name[-2:] == ".c"])
+    description = model_description.to_xml(
+        _description(component), [name for name in sorted(code) if name[-2:] == ".c"]
+    )
     content = {"modelDescription.xml": description, **documentation.entries(component, ["rov-cosim"])}
     content.update({f"sources/{name}": text for name, text in code.items()})
     content["sources/recipe.txt"] = zig.recipe().encode()
@@ -59,16 +60,7 @@ def sources(component: Component) -> dict[str, bytes]:
     return code
 
 
-def _host_platform() -> str:
-    if fmpy.platform not in zig.TARGETS or (fmpy.architecture != "x86_64" and fmpy.system != "darwin"):
-        raise BuildError(
-            f"There is no native target for {fmpy.platform_tuple}; expected x86_64 or macOS. Take --export pythonfmu, or "
-            "build with --all-platforms for other machines."
-        )
-    return str(fmpy.platform)
-
-
-def _description(component: Component) -> model_description.ModelDescription:
+def _description(component: Component) -> ModelDescription:
     return model_description.describe(
         component, providesDirectionalDerivative=True, canInterpolateInputs=isinstance(component, Continuous)
     )

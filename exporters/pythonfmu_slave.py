@@ -2,6 +2,7 @@
 
 import atexit
 import ctypes
+import math
 import os
 from collections.abc import Callable
 from contextlib import suppress
@@ -77,8 +78,8 @@ class ComponentSlave(Fmi2Slave):
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
-        """Take the start time."""
-        self._instance.set_start_time(start_time)
+        """Take the times of the run."""
+        self._instance.set_times(start_time, math.inf if stop_time is None else stop_time)
 
     @_reported
     def enter_initialization_mode(self) -> None:

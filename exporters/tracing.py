@@ -1,5 +1,6 @@
 """Tracing a component's functions, unchanged, into C by CasADi's NumPy mode."""
 
+from importlib.metadata import version
 from typing import Any
 
 import casadi as ca
@@ -7,7 +8,7 @@ import numpy as np
 
 from ..components.interface import Component, Continuous, Layout, Sampled
 
-_OPTIONS = {"casadi_int": "int", "with_export": False}
+_OPTIONS: dict[str, Any] = {"casadi_int": "int", "with_export": False}
 _HEADER = """\
 /* The equations of {name}, traced from the NumPy functions of its component by CasADi {version}. */
 #include <math.h>
@@ -36,7 +37,7 @@ def source(component: Component) -> str:
     generator = ca.CodeGenerator("model", _OPTIONS)
     for function in functions(component):
         generator.add(function)
-    return _HEADER.format(name=component.name, version=ca.__version__) + str(generator.dump())
+    return _HEADER.format(name=component.name, version=version("casadi")) + str(generator.dump())
 
 
 def work_size(component: Component) -> int:
@@ -82,4 +83,4 @@ def _column(values: Any) -> ca.SX:
 
 
 def _function(name: str, known: list[ca.SX], values: list[Any]) -> ca.Function:
-    return ca.Function(f"model_{name}", known, [_column(value) for value in values])
+    return ca.Function(f"model_{name}", known, ca.cse([_column(value) for value in values]))

@@ -1,12 +1,14 @@
-"""Compiling C for every platform with the compiler that the PyPI package `ziglang` brings; no system compiler is used."""
+"""Compiling C for every platform by the PyPI package `ziglang`; no compiler of the system is used."""
 
 import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from pathlib import Path
+
+import fmpy
 
 from .build import BuildError
 
@@ -20,9 +22,18 @@ TARGETS = {
 SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}
 
 # Without contraction a product and a sum round twice on every machine, as they do in NumPy.
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror")
+FLAGS = (
+    "-std=c99",
+    "-O2",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fvisibility=hidden",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+)
 
-_LINK = ("-shared", "-fPIC", "-s")
+_SHARED = ("-shared", "-fPIC", "-s")
 _FAT_MAGIC, _CPU_TYPES = 0xCAFEBABE, {"x86_64-macos": (0x01000007, 3), "aarch64-macos": (0x0100000C, 0)}
 _FAT_ALIGNMENT = 14
 
@@ -30,7 +41,7 @@ _FAT_ALIGNMENT = 14
 def recipe() -> str:
     """Return how binaries are made: the compiler's version and its flags."""
     lines = [f"{platform}: zig cc -target {target}" for platform, targets in TARGETS.items() for target in targets]
-    return "\n".join([f"ziglang {version('ziglang')}", *lines, " ".join((*FLAGS, *_LINK)), ""])
+    return "\n".join([f"ziglang {version('ziglang')}", *lines, " ".join((*FLAGS, *_SHARED)), ""])
 
 
 def shared_library(name: str, sources: Mapping[str, bytes], platform: str) -> bytes:
@@ -40,17 +51,37 @@ def shared_library(name: str, sources: Mapping[str, bytes], platform: str) -> by
     ------
     BuildError : the compiler refuses the source; the message is the compiler's.
     """
-    slices = {target: _compile(name + SUFFIXES[platform], sources, target) for target in TARGETS[platform]}
+    output = name + SUFFIXES[platform]
+    slices = {target: compiled(sources, target, output, _SHARED) for target in TARGETS[platform]}
     return next(iter(slices.values())) if len(slices) == 1 else _universal(slices)
 
 
-def _compile(output: str, sources: Mapping[str, bytes], target: str) -> bytes:
+def host_target() -> str:
+    """Return the target that this machine runs.
+
+    Raises
+    ------
+    BuildError : there is none.
+    """
+    for target in TARGETS.get(fmpy.platform, ()):
+        if target.startswith(f"{fmpy.architecture}-"):
+            return target
+    raise BuildError(f"There is no native target for {fmpy.platform_tuple}: take --export pythonfmu.")
+
+
+def compiled(sources: Mapping[str, bytes], target: str, output: str, options: Iterable[str] = ()) -> bytes:
+    """Return what the compiler makes of C sources and headers, by file name.
+
+    Raises
+    ------
+    BuildError : the compiler refuses the source.
+    """
     with tempfile.TemporaryDirectory() as folder:
         for name, content in sources.items():
             (Path(folder) / name).write_bytes(content)
         files = sorted(name for name in sources if name.endswith(".c"))
         libraries = [] if "windows" in target else ["-lm"]
-        command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *FLAGS, *_LINK, "-o", output]
+        command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *FLAGS, *options, "-o", output]
         done = subprocess.run([*command, *files, *libraries], cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             raise BuildError(f"The compiler fails for {target}:\n{done.stderr}")

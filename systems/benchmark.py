@@ -1,40 +1,60 @@
-"""What a run costs: wall time by FMU and in all, and how much faster than real time it is."""
+"""The benchmark's tables: what FMUs cost in both exports, the floor under each, and their ratios."""
 
-from collections.abc import Callable
-from time import perf_counter
-from typing import Any
+import os
+from collections.abc import Iterable, Iterator
 
-from . import master
-from .wiring import Wiring
+from ..components.interface import SAMPLE_TIME
+from ..exporters.build import components
+from . import measurement, session
+from .declaration import System
 
-
-def measure(wiring: Wiring, stop_time: float) -> str:
-    """Simulate the system by the Jacobi master and return a table of times."""
-    spent: dict[str, float] = {element.name: 0.0 for element in wiring.elements}
-    n_steps = 0
-
-    def timed(loop: master.Loop, time: float, step: float) -> None:
-        nonlocal n_steps
-        n_steps += 1
-        for slave in loop.slaves:
-            loop.feed(slave)
-        for slave in loop.slaves:
-            spent[slave.element.name] += _duration(slave.step, time, step)
-        for slave in loop.slaves:
-            slave.read()
-
-    total = _duration(master.simulate, wiring, timed, stop_time)
-    lines = [f"{wiring.name}: {n_steps} steps of {wiring.step_size:g} s"]
-    lines += [f"  doStep of {name:12} {1e6 * time / n_steps:9.1f} us a step" for name, time in spent.items()]
-    rest = total - sum(spent.values())
-    lines.append(f"  all else            {1e6 * rest / n_steps:9.1f} us a step, start-up included")
-    lines.append(
-        f"  wall time           {total:9.2f} s, {n_steps * wiring.step_size / total:.1f} times faster than real time"
-    )
-    return "\n".join(lines)
+STEPS = {"native": 2000, "pythonfmu": 100}
+"""Steps over which each export is measured: a tenth of a second or more."""
 
 
-def _duration(function: Callable[..., Any], *arguments: Any) -> float:
-    begin = perf_counter()
-    function(*arguments)
-    return perf_counter() - begin
+def report(system: System) -> Iterator[str]:
+    """Yield the lines of the tables, each as soon as it is measured."""
+    yield _row(f"a communication step of {1e3 * SAMPLE_TIME:g} ms, in us", components())
+    costs = {name: measurement.in_c(component) for name, component in components().items()}
+    yield _row("C: traced function, bare", (f"{1e6 * bare:.2f}" for bare, _ in costs.values()))
+    yield _row("C: native fmi2DoStep", (f"{1e6 * fmi:.2f}" for _, fmi in costs.values()))
+    loops: dict[str, float] = {}
+    for export, steps in STEPS.items():
+        with session.opened(system, export) as wiring:
+            order = [[element.name for element in wiring.elements].index(name) for name in components()]
+            for way, seconds in measurement.from_python(wiring, steps).items():
+                yield _row(f"{export}: {way}", (f"{1e6 * seconds[i]:.1f}" for i in order))
+            with measurement.idle(wiring) as idle:
+                compared = {"do-nothing": idle, export: wiring} if export == "native" else {export: wiring}
+                loops |= measurement.loops(compared, steps)
+
+    yield ""
+    yield _row(f"{system.name} in the Jacobi master", ["us a step", "x real time"])
+    for label, seconds_a_step in loops.items():
+        yield _row(f"{label} FMUs", [f"{1e6 * seconds_a_step:.1f}", f"{system.step_size / seconds_a_step:.0f}"])
+
+    yield ""
+    yield _row("command", ["wall time, s", "peak, MB"])
+    simulate = ("fmpy", "simulate", str(session.ssp_path(system)), "--output-file", os.devnull)
+    commands = {
+        f"fmpy simulate {system.name}.ssp": simulate,
+        "the same for two steps: start-up": (*simulate, "--stop-time", str(2 * system.step_size)),
+        **{f"rov-cosim run, {export}": ("rov-cosim", "run", system.name, "--export", export) for export in STEPS},
+    }
+    walls = []
+    for label, words in commands.items():
+        wall, memory = measurement.command(*words)
+        walls.append(wall)
+        yield _row(label, [f"{wall:.2f}", f"{memory:.0f}"])
+
+    bare, fmi = costs["adaptive_pd"]
+    yield ""
+    yield _row("ratio", [])
+    yield _row("pythonfmu loop : native loop", [f"{loops['pythonfmu'] / loops['native']:.1f}"])
+    yield _row("native loop : do-nothing loop", [f"{loops['native'] / loops['do-nothing']:.2f}"])
+    yield _row("fmi2DoStep of adaptive_pd : bare function", [f"{fmi / bare:.2f}", f"+ {1e9 * (fmi - bare):.0f} ns"])
+    yield _row("start-up : fmpy simulate", [f"{walls[1] / walls[0]:.2f}"])
+
+
+def _row(label: str, cells: Iterable[str]) -> str:
+    return f"{label:44}" + "".join(f"{cell:>13}" for cell in cells)

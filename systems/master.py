@@ -131,14 +131,14 @@ def simulate(
     rows = np.empty((n_steps + 1, 0))
     done = 0
     fields: list[tuple[str, type]] = []
-    with _instantiated(wiring, warn) as slaves, _deferred_interrupt() as interrupted:
+    with instantiated(wiring, warn) as slaves, _deferred_interrupt() as interrupted:
         try:
             for slave in slaves:
                 slave.prepare(wiring)
             loop = Loop(slaves, wiring.links)
             fields = [field for slave in slaves for field in slave.fields]
             rows = np.empty((n_steps + 1, len(fields)))
-            _initialize(loop, wiring.start_time)
+            initialize(loop, wiring.start_time)
             rows[0], done = loop.values(), 1
             for n in progress(range(n_steps)):
                 if interrupted:
@@ -155,7 +155,8 @@ def simulate(
     return _table(rows, fields, wiring)
 
 
-def _initialize(loop: Loop, start_time: float) -> None:
+def initialize(loop: Loop, start_time: float) -> None:
+    """Take the slaves through their initialization, with the values that the links hand on."""
     for slave in loop.slaves:
         slave.fmu.setupExperiment(startTime=start_time)
         slave.fmu.enterInitializationMode()
@@ -168,7 +169,8 @@ def _initialize(loop: Loop, start_time: float) -> None:
 
 
 @contextmanager
-def _instantiated(wiring: Wiring, warn: Callable[[str], None]) -> Iterator[list[Slave]]:
+def instantiated(wiring: Wiring, warn: Callable[[str], None]) -> Iterator[list[Slave]]:
+    """Yield the slaves of a system, instantiated, and free them afterwards."""
     slaves: list[Slave] = []
     with ExitStack() as stack:
         for element in wiring.elements:

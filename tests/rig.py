@@ -42,7 +42,7 @@ class Rig:
         return self.component.p.unpack(np.array(values))
 
     def start(self, time: float = 0.0) -> "Rig":
-        self.instance.set_start_time(time)
+        self.instance.set_times(time)
         self.instance.enter_initialization()
         self.instance.exit_initialization()
         return self

@@ -1,7 +1,5 @@
 """What an exported FMU holds: description, dependencies, page, icon, licences; and that a rebuild is the same."""
 
-from zipfile import ZipFile
-
 import numpy as np
 import pytest
 from fmpy import read_model_description
@@ -12,8 +10,8 @@ from rig import Rig
 from rov_cosim.components.instance import ComponentError
 from rov_cosim.components.interface import Component, Sampled
 from rov_cosim.components.vehicle import THETA
-from rov_cosim.exporters import archive, pythonfmu_export
-from rov_cosim.exporters.build import components
+from rov_cosim.exporters import archive, native_export, pythonfmu_export
+from rov_cosim.exporters.build import EXPORTS, components
 
 COMPONENTS = components()
 NAMES = list(COMPONENTS)
@@ -24,17 +22,22 @@ def number(literal):
     return {"true": 1.0, "false": 0.0}[literal] if literal in ("true", "false") else float(literal)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_fmpy_finds_no_problem(fmus, name):
-    assert validate_fmu(str(fmus[name])) == []
+EXPORTERS = {"native": native_export.export, "pythonfmu": pythonfmu_export.export}
 
 
+@pytest.mark.parametrize("export", EXPORTS)
 @pytest.mark.parametrize("name", NAMES)
-def test_building_twice_gives_the_same_bytes(fmus, name, tmp_path):
-    again = tmp_path / "again.fmu"
-    assert pythonfmu_export.export(COMPONENTS[name], again)
-    assert again.read_bytes() == fmus[name].read_bytes()
-    assert not pythonfmu_export.export(COMPONENTS[name], again)
+def test_fmpy_finds_no_problem(exported, name, export):
+    assert validate_fmu(str(exported[export][name])) == []
+
+
+@pytest.mark.parametrize("export", EXPORTS)
+@pytest.mark.parametrize("name", NAMES)
+def test_building_twice_gives_the_same_bytes(name, export, tmp_path):
+    paths = [tmp_path / folder / f"{name}.fmu" for folder in ("one", "another")]
+    assert [EXPORTERS[export](COMPONENTS[name], path) for path in paths] == [True, True]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    assert not EXPORTERS[export](COMPONENTS[name], paths[0])
 
 
 def test_an_archive_that_is_broken_or_outdated_is_written_anew(tmp_path):
@@ -136,21 +139,33 @@ LIVELY = {
 }
 
 
+@pytest.mark.parametrize("export", EXPORTS)
 @pytest.mark.parametrize("name", NAMES)
-def test_the_archive_holds_page_icon_and_licences(fmus, name):
-    with ZipFile(fmus[name]) as opened:
-        names = opened.namelist()
-        page = opened.read("documentation/index.html").decode()
-        icon = opened.read("model.png")
-        main = opened.read("resources/slavemodule.txt").decode()
-    assert icon.startswith(b"\x89PNG")
-    assert {"documentation/licenses/rov-cosim.txt", "documentation/licenses/pythonfmu.txt"} <= set(names)
-    root = etree.fromstring(page.encode(), etree.HTMLParser(recover=False, huge_tree=True))
+def test_the_archive_holds_page_icon_and_licences(exported, name, export):
+    entries = archive.read(exported[export][name])
+    assert entries["model.png"].startswith(b"\x89PNG")
+    packages = {"native": {"rov-cosim"}, "pythonfmu": {"rov-cosim", "pythonfmu"}}[export]
+    assert {f"documentation/licenses/{package}.txt" for package in packages} <= set(entries)
+    page = entries["documentation/index.html"]
+    root = etree.fromstring(page, etree.HTMLParser(recover=False, huge_tree=True, encoding="utf-8"))
     assert len(root.findall(".//math")) > 5
     assert "$" not in "".join(root.itertext())
     for heading in ("Inputs", "Outputs", "Parameters", "Frames and signs"):
         assert any(heading == h.text for h in root.iter("h2"))
-    # Modules of one process share their names: all of this FMU's start with the component's.
-    own = [n for n in names if n.startswith("resources/") and n.endswith(".py") and "/pythonfmu/" not in n]
-    assert main.startswith(f"{name}_")
-    assert all(n.split("/")[1].startswith(f"{name}_") for n in own)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_modules_inside_a_pythonfmu_fmu_are_named_after_the_component(python_fmus, name):
+    # All FMUs of a process share the names of their modules.
+    entries = archive.read(python_fmus[name])
+    assert entries["resources/slavemodule.txt"].decode().startswith(f"{name}_")
+    modules = [n for n in entries if n.startswith("resources/") and n.endswith(".py") and "/pythonfmu/" not in n]
+    assert all(module.split("/")[1].startswith(f"{name}_") for module in modules)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_there_is_no_python_in_a_native_fmu(fmus, name):
+    entries = archive.read(fmus[name])
+    assert not [entry for entry in entries if entry.endswith((".py", ".txt")) and entry.startswith("resources/")]
+    listed = etree.fromstring(entries["modelDescription.xml"]).findall("CoSimulation/SourceFiles/File")
+    assert {f"sources/{file.get('name')}" for file in listed} == {n for n in entries if n.endswith(".c")}

@@ -51,7 +51,7 @@ def test_restore_repeats_the_rest_bit_for_bit_also_in_another_instance(component
 def test_restore_works_before_the_run_too(phase):
     rig = Rig(ARM, {"noise_std": 0.02, "seed": 9})
     if phase == "initializing":
-        rig.instance.set_start_time(1.5)
+        rig.instance.set_times(1.5)
         rig.instance.enter_initialization()
     saved = rig.instance.save()
     rig.set({"noise_std": 0.0, "seed": 1})
@@ -209,7 +209,7 @@ def test_calls_out_of_order_are_refused():
         with refused:
             call()
     instance.enter_initialization()
-    for call in (instance.enter_initialization, lambda: instance.set_start_time(1.0)):
+    for call in (instance.enter_initialization, lambda: instance.set_times(1.0)):
         with refused:
             call()
     instance.exit_initialization()
@@ -227,7 +227,7 @@ def test_initial_values_out_of_range_are_refused():
         rig.set({"eta_0.theta": 2.0})
     arm = Rig(ARM, {"eta.x": 1e200})
     arm.instance.enter_initialization()
-    with pytest.raises(ComponentError, match=r"The initial values are wrong: .* is .*; expected a finite number"):
+    with pytest.raises(ComponentError, match=r"The initialization at 0 s failed: .* is .*; expected a finite number"):
         arm.instance.exit_initialization()
 
 

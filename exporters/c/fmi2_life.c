@@ -1,4 +1,5 @@
 /* FMI 2.0: the life of an instance, its log and its steps. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -67,10 +68,11 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
             }
         }
         if (!known) {
-            say(slave->instance.message, "There is no log category %.200s; expected",
+            say(slave->instance.message, "There is no log category %.200s; expected one of",
                 categories[i] ? categories[i] : "NULL");
             for (int k = 0; log_categories[k]; k++)
-                append(slave->instance.message, "%s %s", k ? " or" : "", log_categories[k]);
+                append(slave->instance.message, "%s %s", k ? "," : "", log_categories[k]);
+            append(slave->instance.message, ".");
             return report(slave, fmi2Error);
         }
     }
@@ -81,8 +83,9 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start_time,
                                fmi2Boolean stop_time_defined, fmi2Real stop_time) {
     Slave *slave = called(c, SETUP_EXPERIMENT);
-    (void)tolerance_defined, (void)tolerance, (void)stop_time_defined, (void)stop_time;
-    return slave ? checked(slave, set_start_time(&slave->instance, start_time)) : fmi2Error;
+    double stop = stop_time_defined ? stop_time : INFINITY;
+    (void)tolerance_defined, (void)tolerance;
+    return slave ? checked(slave, set_times(&slave->instance, start_time, stop)) : fmi2Error;
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {

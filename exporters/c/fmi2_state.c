@@ -61,9 +61,12 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
     Slave *slave = called(c, DESERIALIZE);
     if (!slave || !given(slave, DESERIALIZE, bytes, "serializedState")
-        || !given(slave, DESERIALIZE, state, "FMUstate")
-        || checked(slave, is_saved(&slave->instance, bytes, size)) != fmi2OK)
+        || !given(slave, DESERIALIZE, state, "FMUstate"))
         return fmi2Error;
+    if (size != SAVED_SIZE)
+        return refuse(slave, "The saved state has %lu bytes; expected %d.", (unsigned long)size, (int)SAVED_SIZE);
+    if (!is_saved(&slave->instance, bytes))
+        return report(slave, fmi2Error);
     if (!allocated(slave, state))
         return fmi2Error;
     memcpy(*state, bytes, SAVED_SIZE);

@@ -13,13 +13,17 @@ enum { FIRST_OUTPUT = N_U, FIRST_PARAMETER = N_U + N_Y };
 
 /* --- checks --- */
 
-static void say_range(Instance *instance, const char *before, int reference, double value, const char *after) {
+/* Say, after some words, what a value is and what it should be. */
+static void say_range(Instance *instance, const char *before, int reference, double value) {
     const Variable *v = &variables[reference];
     char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
     int below = v->minimum != -INFINITY, above = v->maximum != INFINITY;
-    say(instance->message, "%s%s is %s; expected a finite number%s%s%s%s%s%s.%s", before, v->name, number(value, 6, a),
-        below || above ? " of " : "", below ? "at least " : "", below ? number(v->minimum, 6, b) : "",
-        below && above ? " and " : "", above ? "at most " : "", above ? number(v->maximum, 6, c) : "", after);
+    say(instance->message, "%s%s is %s; expected a finite number", before, v->name, number(value, 6, a));
+    if (below)
+        append(instance->message, " of at least %s", number(v->minimum, 6, b));
+    if (above)
+        append(instance->message, " %s at most %s", below ? "and" : "of", number(v->maximum, 6, c));
+    append(instance->message, ".");
 }
 
 const char *phase_name(int64_t phase) {
@@ -49,23 +53,25 @@ static int check_parameters(Instance *instance) {
     return 1;
 }
 
-static int check_result(Instance *instance, const double *x, const double *y, const char *what) {
-    static const char *const cure = " Check the inputs and parameters, or take a shorter step.";
+/* Check what follows from the values at a time. */
+static int check_result(Instance *instance, const Result *result, const char *what, double time) {
     char text[NUMBER_SIZE];
-    for (int i = 0; i < N_Y; i++) {
-        if (!legal(FIRST_OUTPUT + i, y[i])) {
-            say_range(instance, what, FIRST_OUTPUT + i, y[i], cure);
-            return 0;
-        }
-    }
-    for (int i = 0; i < N_X; i++) {
-        if (!isfinite(x[i])) {
-            say(instance->message, "%sthe state %s is %s; expected a finite number.%s", what, states[i],
-                number(x[i], 6, text), cure);
-            return 0;
-        }
-    }
-    return 1;
+    Message failed;
+    int y = 0, x = 0;
+    while (y < N_Y && legal(FIRST_OUTPUT + y, result->y[y]))
+        y++;
+    while (x < N_X && isfinite(result->x[x]))
+        x++;
+    if (y == N_Y && x == N_X)
+        return 1;
+    say(failed, "The %s %s s failed: ", what, number(time, 9, text));
+    if (y < N_Y)
+        say_range(instance, failed, FIRST_OUTPUT + y, result->y[y]);
+    else
+        say(instance->message, "%sthe state %s is %s; expected a finite number.", failed, states[x],
+            number(result->x[x], 6, text));
+    append(instance->message, " Check the inputs and parameters, or take a shorter step.");
+    return 0;
 }
 
 static void notify(Instance *instance, const double *previous) {
@@ -86,6 +92,7 @@ void reset(Instance *instance) {
     for (int i = 0; i < N_VARIABLES; i++)
         instance->now.values[i] = variables[i].start;
     instance->now.phase = INSTANTIATED;
+    instance->now.stop_time = INFINITY;
     instance->now.stale = instance->now.unchecked = 1;
 }
 
@@ -105,7 +112,7 @@ int is_variable(Instance *instance, uint32_t reference, Type type) {
 int is_settable(Instance *instance, uint32_t reference, double value) {
     const Variable *v = &variables[reference];
     if (!legal((int)reference, value))
-        say_range(instance, "", (int)reference, value, "");
+        say_range(instance, "", (int)reference, value);
     else if (reference >= FIRST_OUTPUT && reference < FIRST_PARAMETER)
         say(instance->message, "%s is an output: only inputs and parameters can be set.", v->name);
     else if (v->fixed && instance->now.phase >= RUNNING)
@@ -168,7 +175,7 @@ static int preview(Instance *instance) {
         return 0;
     initial_state(instance, first.x);
     present_outputs(&first, &at, instance->work, first.y);
-    if (!check_result(instance, first.x, first.y, "The initial values are wrong: "))
+    if (!check_result(instance, &first, "initialization at", instance->now.time))
         return 0;
     accept(instance, &first);
     instance->now.stale = 0;
@@ -179,13 +186,15 @@ int prepare_outputs(Instance *instance) {
     return instance->now.phase >= RUNNING || !instance->now.stale || preview(instance);
 }
 
-int set_start_time(Instance *instance, double start_time) {
-    char text[NUMBER_SIZE];
-    if (!isfinite(start_time)) {
-        say(instance->message, "The start time is %s; expected a finite number of seconds.", number(start_time, 6, text));
+int set_times(Instance *instance, double start_time, double stop_time) {
+    char start[NUMBER_SIZE], stop[NUMBER_SIZE];
+    if (!isfinite(start_time) || !(stop_time >= start_time)) {
+        say(instance->message, "The run is from %s s to %s s; expected finite times, the stop not before the start.",
+            number(start_time, 9, start), number(stop_time, 9, stop));
         return 0;
     }
     instance->now.time = instance->now.start_time = start_time;
+    instance->now.stop_time = stop_time;
     return 1;
 }
 
@@ -199,16 +208,20 @@ int exit_initialization(Instance *instance) {
 
 int do_step(Instance *instance, double time, double step) {
     State *now = &instance->now;
-    double elapsed = now->time - now->start_time;
     double spacing = nextafter(fabs(now->time), INFINITY) - fabs(now->time);
+    double tolerance = TIME_TOLERANCE * fmax(1.0, now->time - now->start_time) + 4 * spacing;
     char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
-    Message what;
-    if (!(fabs(time - now->time) <= TIME_TOLERANCE * fmax(1.0, elapsed) + 4 * spacing)) {
+    if (!(fabs(time - now->time) <= tolerance)) {
         say(instance->message, "Expected the communication point %s s but was %s s.", number(now->time, 9, a), number(time, 9, b));
         return 0;
     }
     if (!(step > 0 && isfinite(time + step))) {
         say(instance->message, "The step size is %s s; expected a positive number of seconds.", number(step, 6, a));
+        return 0;
+    }
+    if (time + step > now->stop_time + tolerance) {
+        say(instance->message, "The step ends at %s s; expected at most the stop time %s s.", number(time + step, 9, a),
+            number(now->stop_time, 9, b));
         return 0;
     }
     if (!check_parameters(instance))
@@ -225,8 +238,7 @@ int do_step(Instance *instance, double time, double step) {
             return 0;
         }
         take_step(&before, &at, step, instance->work, &after);
-        say(what, "The step from %s s failed: ", number(time, 9, a));
-        if (!check_result(instance, after.x, after.y, what))
+        if (!check_result(instance, &after, "step from", time))
             return 0;
         accept(instance, &after);
         notify(instance, before.y);
@@ -250,19 +262,32 @@ int directional_derivative(Instance *instance, const double *du, double *dy) {
 
 /* --- save and restore --- */
 
-void save(const Instance *instance, char *bytes) {
-    memcpy(bytes, fingerprint, sizeof fingerprint);
-    memcpy(&bytes[sizeof fingerprint], &instance->now, sizeof instance->now);
+enum { CHECKSUM_AT = sizeof fingerprint, STATE_AT = CHECKSUM_AT + sizeof(uint64_t) };
+
+/* FNV-1a (Fowler, Noll, Vo), of 64 bits. */
+uint64_t checksum(const State *state) {
+    const unsigned char *bytes = (const unsigned char *)state;
+    uint64_t hash = UINT64_C(0xcbf29ce484222325);
+    for (size_t i = 0; i < sizeof *state; i++)
+        hash = (hash ^ bytes[i]) * UINT64_C(0x100000001b3);
+    return hash;
 }
 
-/* Whether bytes that came from outside make a state that a run could have reached. */
+void save(const Instance *instance, char *bytes) {
+    uint64_t sum = checksum(&instance->now);
+    memcpy(bytes, fingerprint, sizeof fingerprint);
+    memcpy(&bytes[CHECKSUM_AT], &sum, sizeof sum);
+    memcpy(&bytes[STATE_AT], &instance->now, sizeof instance->now);
+}
+
+/* Whether a run could have reached a state that came from outside. */
 static int possible(const State *state) {
     static const double MOST_SAMPLES = 9007199254740992.0, LARGEST_INTEGER = 2147483647.0;
     int fine = state->phase == INSTANTIATED || state->phase == INITIALIZING || state->phase == RUNNING
             || state->phase == TERMINATED;
     fine = fine && state->samples >= 0 && (double)state->samples < MOST_SAMPLES;
     fine = fine && (state->stale | state->unchecked | 1) == 1;
-    fine = fine && isfinite(state->time) && isfinite(state->start_time);
+    fine = fine && isfinite(state->time) && isfinite(state->start_time) && state->stop_time >= state->start_time;
     for (int i = 0; i < N_VARIABLES && fine; i++) {
         double value = state->values[i];
         int whole = value == floor(value) && fabs(value) <= LARGEST_INTEGER;
@@ -275,26 +300,23 @@ static int possible(const State *state) {
     return fine;
 }
 
-int is_saved(Instance *instance, const char *bytes, size_t size) {
+int is_saved(Instance *instance, const char *bytes) {
     State state;
-    if (size != SAVED_SIZE || memcmp(bytes, fingerprint, sizeof fingerprint)) {
-        say(instance->message,
-            "The saved state of %lu bytes is not one of this component; expected %d bytes that this version of it has "
-            "saved.",
-            (unsigned long)size, SAVED_SIZE);
-        return 0;
-    }
-    memcpy(&state, &bytes[sizeof fingerprint], sizeof state);
-    if (!possible(&state)) {
-        say(instance->message, "The saved state is damaged: it holds values that this component never saves.");
-        return 0;
-    }
-    return 1;
+    uint64_t sum;
+    memcpy(&sum, &bytes[CHECKSUM_AT], sizeof sum);
+    memcpy(&state, &bytes[STATE_AT], sizeof state);
+    if (memcmp(bytes, fingerprint, sizeof fingerprint))
+        say(instance->message, "The saved state is of another component, or of another version of this one.");
+    else if (sum != checksum(&state) || !possible(&state))
+        say(instance->message, "The saved state is damaged: it is not what this component has saved.");
+    else
+        return 1;
+    return 0;
 }
 
 int restore(Instance *instance, const char *bytes) {
-    if (!is_saved(instance, bytes, SAVED_SIZE))
+    if (!is_saved(instance, bytes))
         return 0;
-    memcpy(&instance->now, &bytes[sizeof fingerprint], sizeof instance->now);
+    memcpy(&instance->now, &bytes[STATE_AT], sizeof instance->now);
     return 1;
 }

@@ -15,7 +15,7 @@ typedef enum { INSTANTIATED = 1, INITIALIZING = 2, RUNNING = 4, TERMINATED = 8 }
 
 /* All that the rest of a run depends on. The outputs in `values` are those last computed. */
 typedef struct {
-    double values[N_VARIABLES], x[N_X], u_rate[N_U], time, start_time;
+    double values[N_VARIABLES], x[N_X], u_rate[N_U], time, start_time, stop_time; /* the last infinite if there is none */
     int64_t samples, phase;
     int64_t stale;     /* whether the outputs wait for a preview */
     int64_t unchecked; /* whether the parameters wait for their requirements */
@@ -39,15 +39,17 @@ int is_settable(Instance *instance, uint32_t reference, double value);
 void assign(Instance *instance, uint32_t reference, double value);
 int is_rate_settable(Instance *instance, uint32_t reference, double rate);
 int prepare_outputs(Instance *instance); /* before the first step they follow from inputs and parameters */
-int set_start_time(Instance *instance, double start_time);
+int set_times(Instance *instance, double start_time, double stop_time);
 int exit_initialization(Instance *instance);
 int do_step(Instance *instance, double time, double step);
 int directional_derivative(Instance *instance, const double *du, double *dy);
 
-enum { SAVED_SIZE = sizeof fingerprint + sizeof(State) };
+enum { SAVED_SIZE = sizeof fingerprint + sizeof(uint64_t) + sizeof(State) };
+
+uint64_t checksum(const State *state);
 void save(const Instance *instance, char *bytes);
-int is_saved(Instance *instance, const char *bytes, size_t size); /* by this version of this component */
-int restore(Instance *instance, const char *bytes);               /* of SAVED_SIZE */
+int is_saved(Instance *instance, const char *bytes); /* SAVED_SIZE of them */
+int restore(Instance *instance, const char *bytes);
 
 const char *phase_name(int64_t phase);
 

@@ -64,14 +64,13 @@ fmi2Status checked(Slave *slave, int fine) {
 
 Slave *called(fmi2Component component, Call call) {
     Slave *slave = component;
-    const char *before = "";
     if (!slave || slave->instance.now.phase & (int64_t)calls[call].phases)
         return slave;
     say(slave->instance.message, "%s can be called only while", calls[call].name);
-    for (int phase = INSTANTIATED; phase <= TERMINATED; phase *= 2) {
-        if (phase & (int)calls[call].phases) {
-            append(slave->instance.message, "%s %s", before, phase_name(phase));
-            before = " or";
+    for (unsigned phase = INSTANTIATED, left = calls[call].phases; left; phase *= 2) {
+        if (left & phase) {
+            left &= ~phase;
+            append(slave->instance.message, " %s%s", phase_name(phase), !left ? "" : left & (left - 1) ? "," : " or");
         }
     }
     append(slave->instance.message, "; the component is %s.", phase_name(slave->instance.now.phase));
