@@ -303,15 +303,17 @@ static int possible(const State *state) {
 int is_saved(Instance *instance, const char *bytes) {
     State state;
     uint64_t sum;
+    if (memcmp(bytes, fingerprint, sizeof fingerprint)) { /* first, for that of another component may be shorter */
+        say(instance->message, "The saved state is of another component, or of another version of this one.");
+        return 0;
+    }
     memcpy(&sum, &bytes[CHECKSUM_AT], sizeof sum);
     memcpy(&state, &bytes[STATE_AT], sizeof state);
-    if (memcmp(bytes, fingerprint, sizeof fingerprint))
-        say(instance->message, "The saved state is of another component, or of another version of this one.");
-    else if (sum != checksum(&state) || !possible(&state))
+    if (sum != checksum(&state) || !possible(&state)) {
         say(instance->message, "The saved state is damaged: it is not what this component has saved.");
-    else
-        return 1;
-    return 0;
+        return 0;
+    }
+    return 1;
 }
 
 int restore(Instance *instance, const char *bytes) {

@@ -1,0 +1,56 @@
+"""What the FMUs make of misuse, fault by fault; exporters/FAULTS.md tells the same."""
+
+import re
+import sys
+
+import pytest
+
+import faults
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="faults.py loads the linux64 binary")
+
+
+def recorded():
+    """Return the cells of the page by fault and export."""
+    rows = re.findall(r"^\| (.+?) \| (.*) \| (.*) \|$", faults.PAGE.read_text(encoding="utf-8"), re.M)
+    return {fault: {"native": native, "pythonfmu": python} for fault, native, python in rows}
+
+
+def answered(answers):
+    """Return the answers as the page has them, without those to faults that could not be committed here."""
+    return {name: text.replace("*", r"\*") for name, text in answers.items() if not text.startswith("skipped")}
+
+
+def status(answer):
+    """Return an answer without its messages."""
+    return [part.split(":")[0] for part in answer.split("; afterwards: ")]
+
+
+@pytest.fixture(scope="module")
+def native(fmus):
+    return faults.answers(fmus, "native")
+
+
+@pytest.mark.parametrize("fault", faults.FAULTS, ids=lambda fault: fault.name)
+def test_the_native_export_answers_and_lives_on(native, fault):
+    answer = native[fault.name]
+    if answer.startswith("skipped"):
+        pytest.skip(answer)
+    if fault.expected == faults.ACCEPTED:
+        assert answer == faults.ACCEPTED
+    else:
+        assert re.fullmatch(r"(error|discard|NULL)(: .+)?", answer)
+        assert "afterwards" not in answer
+        assert fault.expected in answer
+
+
+def test_the_page_is_current(native):
+    page, answers = recorded(), answered(native)
+    assert {name: page[name]["native"] for name in answers} == answers
+    assert set(page) - {"fault"} == set(native)
+
+
+@pytest.mark.slow
+def test_the_page_tells_what_the_pythonfmu_export_answers(python_fmus):
+    page, answers = recorded(), answered(faults.answers(python_fmus, "pythonfmu"))
+    assert {name: status(page[name]["pythonfmu"]) for name in answers} == {n: status(a) for n, a in answers.items()}
