@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from pythonfmu.builder import FmuBuilder
 
+from fmu import Fmu
 from rov_cosim.exporters.build import components, fmu_path
 from rov_cosim.systems import session
 from rov_cosim.systems.catalogue import SYSTEMS
@@ -46,3 +47,17 @@ def exported(fmus, python_fmus) -> dict[str, dict[str, Path]]:
 def plain_gain(tmp_path_factory) -> Path:
     """Return a plain pythonfmu FMU."""
     return FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "plain_gain.py", tmp_path_factory.mktemp("plain"))
+
+
+@pytest.fixture
+def native(fmus, tmp_path):
+    """Return what opens a native FMU by its component's name."""
+    opened = []
+
+    def open_(name):
+        opened.append(Fmu(fmus[name], tmp_path / f"{name}{len(opened)}"))
+        return opened[-1]
+
+    yield open_
+    for one in opened:
+        one.fmu.freeInstance()

@@ -8,6 +8,13 @@ import numpy as np
 from rov_cosim.components.instance import Instance
 from rov_cosim.components.interface import Component, Layout
 
+RELAXED: dict[str, dict[str, float]] = {
+    "rov_plant": {"lock_roll_pitch": False, "thrust_max": 30.0, "thruster_time_constant": 0.2, "r_G.x": 0.01},
+    "passive_arm": {"noise_std_angle": 0.01, "noise_correlation_time": 0.5, "stiffness": 3.0, "preload.z": 1.0},
+    "adaptive_pd": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
+}
+"""Settings that put every term of the equations to work."""
+
 
 class Rig:
     """An instance with values set and read by name or by group of names."""
@@ -32,6 +39,10 @@ class Rig:
         if group in self.index:
             return self.instance.get([self.index[group]])[0]
         return np.array(self.instance.get(self.members(group)))
+
+    def outputs(self) -> list[float]:
+        """Return all outputs."""
+        return self.instance.get([self.index[name] for name in self.component.y.names])
 
     def members(self, group: str) -> list[int]:
         return [i for name, i in self.index.items() if name.startswith((f"{group}.", f"{group}["))]
@@ -71,3 +82,16 @@ def _changed(layout: Layout, values: Mapping[str, object]) -> SimpleNamespace:
         assert hasattr(namespace, key), key
         setattr(namespace, key, np.asarray(value, dtype=float) if np.ndim(value) else float(value))
     return namespace
+
+
+def random_inputs(component, random):
+    """Return a value for each input: poses near the structure, forces of some newtons, switches mostly as they are."""
+    values = {}
+    for signal in component.inputs:
+        for name in signal.names:
+            usual = name == "eta_m_valid"
+            if signal.type == "Boolean":
+                values[name] = usual if random.random() > 0.05 else not usual
+            else:
+                values[name] = random.normal(scale=3.0 if signal.key in ("u", "F_arm") else 0.2)
+    return values

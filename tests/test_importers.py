@@ -81,6 +81,14 @@ def imported(tool, path, folder, stop):
     return np.load(out)["values"]
 
 
+def test_stock_fmpy_tells_why_an_fmu_refuses(archives, tmp_path):
+    command = [Path(sys.executable).with_name("fmpy"), "simulate", archives["station_keeping"]]
+    command += ["--output-file", tmp_path / "out.csv", "--start-values", "rov_plant.mass", "-1"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "mass is -1; expected a finite number of at least 0.001." in done.stdout + done.stderr
+
+
 @pytest.mark.parametrize(
     ("tool", "module", "name"),
     [

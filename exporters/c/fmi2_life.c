@@ -27,7 +27,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String given_g
         return NULL;
     strcpy(slave->name, known_name);
     slave->callbacks = *functions;
-    slave->logged = EVERY_CATEGORY;
+    slave->logged = logging_on ? EVERY_CATEGORY : EVERY_CATEGORY & ~WARNINGS; /* why a call failed is always told */
     slave->instance.warn = warn;
     slave->instance.receiver = slave;
     slave->instance.message[0] = 0;
@@ -40,12 +40,10 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String given_g
         say(slave->instance.message, "The GUID is %.200s; expected %s: the model description is of another FMU.",
             given_guid ? given_guid : "NULL", guid);
     if (slave->instance.message[0]) {
-        report(slave, fmi2Error); /* with logging off too: there is no status to tell */
+        report(slave, fmi2Error);
         free(slave);
         return NULL;
     }
-    if (!logging_on)
-        slave->logged = 0;
     reset(&slave->instance);
     return slave;
 }

@@ -8,11 +8,11 @@
 typedef struct {
     Instance instance;
     fmi2CallbackFunctions callbacks;
-    unsigned logged; /* a bit for each of `log_categories` */
+    unsigned logged; /* a bit for each of `log_categories`, warnings first */
     char name[];
 } Slave;
 
-enum { EVERY_CATEGORY = ~0u >> 1 };
+enum { WARNINGS = 1, EVERY_CATEGORY = ~0u >> 1 };
 
 typedef enum {
     SET_DEBUG_LOGGING, SETUP_EXPERIMENT, ENTER, EXIT, TERMINATE, RESET, GET_REAL, GET_INTEGER, GET_BOOLEAN,
