@@ -117,6 +117,18 @@ def test_a_run_that_fails_midway_keeps_its_results(archives, tmp_path):
     assert len((tmp_path / "station_keeping.csv").read_text().splitlines()) > 10
 
 
+def test_a_light_install_runs_the_pythonfmu_export_and_says_what_the_native_one_needs(tmp_path):
+    script = "import sys; sys.modules['casadi'] = None; from rov_cosim.systems.command import main; main()"
+    command = [sys.executable, "-c", script, "run", "station_keeping", "--stop-time", "0.3", "--output", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == (
+        "Error: The native export needs casadi: pip install 'rov-cosim[native]', or take --export pythonfmu.\n"
+    )
+    subprocess.run([*command, "--export", "pythonfmu"], check=True)
+    assert (tmp_path / "station_keeping.csv").is_file()
+
+
 def test_ctrl_c_keeps_the_results(archives, tmp_path, monkeypatch):
     def interrupted(steps):
         for n in steps:
