@@ -8,12 +8,9 @@ from pathlib import Path
 from ..components import __name__ as components_name
 from ..components import __path__ as components_path
 from ..components.interface import Component
+from .zig import BuildError
 
 EXPORTS = ("native", "pythonfmu")
-
-
-class BuildError(RuntimeError):
-    """FMUs cannot be built; the message tells why and the cure."""
 
 
 def components() -> dict[str, Component]:

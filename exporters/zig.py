@@ -10,8 +10,6 @@ from pathlib import Path
 
 import fmpy
 
-from .build import BuildError
-
 TARGETS = {
     "linux64": ("x86_64-linux-gnu.2.17",),
     "win64": ("x86_64-windows-gnu",),
@@ -36,6 +34,10 @@ FLAGS = (
 _SHARED = ("-shared", "-fPIC", "-s")
 _FAT_MAGIC, _CPU_TYPES = 0xCAFEBABE, {"x86_64-macos": (0x01000007, 3), "aarch64-macos": (0x0100000C, 0)}
 _FAT_ALIGNMENT = 14
+
+
+class BuildError(RuntimeError):
+    """FMUs cannot be built; the message tells why and the cure."""
 
 
 def recipe() -> str:

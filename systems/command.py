@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
-from ..exporters.build import EXPORTS, BuildError
-from ..exporters.zig import TARGETS
+from ..exporters.build import EXPORTS
+from ..exporters.zig import TARGETS, BuildError
 from . import session
 from .assessment import assessable
 from .catalogue import SYSTEMS

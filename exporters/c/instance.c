@@ -31,7 +31,7 @@ const char *phase_name(int64_t phase) {
          : phase == RUNNING      ? "running"      : "terminated";
 }
 
-static int legal(int reference, double value) {
+int legal(int reference, double value) {
     return isfinite(value) && value >= variables[reference].minimum && value <= variables[reference].maximum;
 }
 
@@ -257,68 +257,5 @@ int directional_derivative(Instance *instance, const double *du, double *dy) {
     if (instance->now.phase < RUNNING)
         initial_state(instance, state.x);
     present_derivative(&state, &at, du, instance->work, dy);
-    return 1;
-}
-
-/* --- save and restore --- */
-
-enum { CHECKSUM_AT = sizeof fingerprint, STATE_AT = CHECKSUM_AT + sizeof(uint64_t) };
-
-/* FNV-1a (Fowler, Noll, Vo), of 64 bits. */
-uint64_t checksum(const State *state) {
-    const unsigned char *bytes = (const unsigned char *)state;
-    uint64_t hash = UINT64_C(0xcbf29ce484222325);
-    for (size_t i = 0; i < sizeof *state; i++)
-        hash = (hash ^ bytes[i]) * UINT64_C(0x100000001b3);
-    return hash;
-}
-
-void save(const Instance *instance, char *bytes) {
-    uint64_t sum = checksum(&instance->now);
-    memcpy(bytes, fingerprint, sizeof fingerprint);
-    memcpy(&bytes[CHECKSUM_AT], &sum, sizeof sum);
-    memcpy(&bytes[STATE_AT], &instance->now, sizeof instance->now);
-}
-
-/* Whether a run could have reached a state that came from outside. */
-static int possible(const State *state) {
-    static const double MOST_SAMPLES = 9007199254740992.0, LARGEST_INTEGER = 2147483647.0;
-    int fine = state->phase == INSTANTIATED || state->phase == INITIALIZING || state->phase == RUNNING
-            || state->phase == TERMINATED;
-    fine = fine && state->samples >= 0 && (double)state->samples < MOST_SAMPLES;
-    fine = fine && (state->stale | state->unchecked | 1) == 1;
-    fine = fine && isfinite(state->time) && isfinite(state->start_time) && state->stop_time >= state->start_time;
-    for (int i = 0; i < N_VARIABLES && fine; i++) {
-        double value = state->values[i];
-        int whole = value == floor(value) && fabs(value) <= LARGEST_INTEGER;
-        fine = legal(i, value) && (variables[i].type == REAL || whole);
-    }
-    for (int i = 0; i < N_X && fine; i++)
-        fine = isfinite(state->x[i]);
-    for (int i = 0; i < N_U && fine; i++)
-        fine = isfinite(state->u_rate[i]);
-    return fine;
-}
-
-int is_saved(Instance *instance, const char *bytes) {
-    State state;
-    uint64_t sum;
-    if (memcmp(bytes, fingerprint, sizeof fingerprint)) { /* first, for that of another component may be shorter */
-        say(instance->message, "The saved state is of another component, or of another version of this one.");
-        return 0;
-    }
-    memcpy(&sum, &bytes[CHECKSUM_AT], sizeof sum);
-    memcpy(&state, &bytes[STATE_AT], sizeof state);
-    if (sum != checksum(&state) || !possible(&state)) {
-        say(instance->message, "The saved state is damaged: it is not what this component has saved.");
-        return 0;
-    }
-    return 1;
-}
-
-int restore(Instance *instance, const char *bytes) {
-    if (!is_saved(instance, bytes))
-        return 0;
-    memcpy(&instance->now, &bytes[STATE_AT], sizeof instance->now);
     return 1;
 }

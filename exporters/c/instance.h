@@ -33,6 +33,7 @@ typedef struct {
 
 /* Those that return int return whether it went well. */
 
+int legal(int reference, double value); /* finite and in range */
 void reset(Instance *instance);
 int is_variable(Instance *instance, uint32_t reference, Type type);
 int is_settable(Instance *instance, uint32_t reference, double value);
