@@ -143,7 +143,7 @@ class Instance:
         """
         self._expect(Phase.RUNNING, "A step can be taken")
         tolerance = TIME_TOLERANCE * max(1.0, self.time - self._start_time) + 4 * np.spacing(abs(self.time))
-        if not abs(time - self.time) <= tolerance:
+        if not abs(time - self.time) <= tolerance < np.inf:
             raise ComponentError(f"Expected the communication point {self.time:.9g} s but was {time:.9g} s.")
         if not (step > 0 and np.isfinite(time + step)):
             raise ComponentError(f"The step size is {step:g} s; expected a positive number of seconds.")

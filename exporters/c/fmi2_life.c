@@ -141,7 +141,7 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status 
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
     Slave *slave = called(c, GET_STATUS);
-    if (kind != fmi2LastSuccessfulTime)
+    if (slave && kind != fmi2LastSuccessfulTime)
         return no_status(c);
     if (!slave || !given(slave, GET_STATUS, value, "value"))
         return fmi2Error;
@@ -156,7 +156,7 @@ fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
     Slave *slave = called(c, GET_STATUS);
-    if (kind != fmi2Terminated)
+    if (slave && kind != fmi2Terminated)
         return no_status(c);
     if (!slave || !given(slave, GET_STATUS, value, "value"))
         return fmi2Error;

@@ -211,7 +211,7 @@ int do_step(Instance *instance, double time, double step) {
     double spacing = nextafter(fabs(now->time), INFINITY) - fabs(now->time);
     double tolerance = TIME_TOLERANCE * fmax(1.0, now->time - now->start_time) + 4 * spacing;
     char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
-    if (!(fabs(time - now->time) <= tolerance)) {
+    if (!(fabs(time - now->time) <= tolerance && isfinite(tolerance))) {
         say(instance->message, "Expected the communication point %s s but was %s s.", number(now->time, 9, a), number(time, 9, b));
         return 0;
     }
