@@ -13,7 +13,9 @@ from rov_cosim.systems import ssp_reader
 from rov_cosim.systems.master import simulate
 
 STOP = 12.0
-TOLERANCE = {"ecos": 0.0, "libcosim": 1e-12}  # libcosim keeps time in whole nanoseconds
+# libcosim keeps time in whole nanoseconds, so that its steps differ in the last digit. The vehicle sums that up, and
+# nothing corrects it until an encoder counts on.
+TOLERANCE = {"ecos": 0.0, "libcosim": 1e-11}
 
 
 def ours(path, stop, **values):

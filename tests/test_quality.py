@@ -73,7 +73,7 @@ def test_an_installed_copy_works_outside_the_checkout(tmp_path):
     work.mkdir()
     command = [sys.executable, "-S", "-c", script]
     # -S keeps the editable install of the checkout away; the dependencies come by path.
-    environment = {"PYTHONPATH": str(Path(pytest.__file__).parent.parent), "PATH": ""}
+    environment = {"PYTHONPATH": str(Path(pytest.__file__).parent.parent), "PATH": "", "HOME": str(Path.home())}
     done = subprocess.run(
         [*command, str(target), "run", "station_keeping", "--stop-time", "0.3"],
         cwd=work,
