@@ -22,6 +22,9 @@ TIME_TOLERANCE = 1e-9
 MOST_INTERNAL_STEPS = 1_000_000
 """Internal steps or samples that one step may take; more would look like a hang."""
 
+STATE_VERSION = 2
+"""Version of a saved state; raised whenever its form changes."""
+
 _HEADER = struct.Struct("<16sI")
 _FLAGS_AND_CLOCK = 7
 
@@ -70,7 +73,7 @@ class Instance:
         self._stale = True
         self._unchecked = True
         # A saved state fits this interface alone: its names, in this order.
-        names = "\n".join((component.name, *layout.names, *component.x.names))
+        names = "\n".join((str(STATE_VERSION), component.name, *layout.names, *component.x.names))
         self._fingerprint = sha256(names.encode()).digest()[:16]
 
     def set(self, references: Sequence[int], values: Sequence[float]) -> None:
@@ -196,11 +199,9 @@ class Instance:
         if checksum != crc32(state[_HEADER.size :]):
             raise ComponentError("The saved state is damaged: it is not what this component has saved.")
         content = np.frombuffer(state[_HEADER.size :], dtype="<f8")
-        phase, stale, unchecked, self.time, self._start_time, self._stop_time, samples = content[
-            :_FLAGS_AND_CLOCK
-        ].tolist()
+        phase, stale, unchecked, time, start, stop, samples = content[:_FLAGS_AND_CLOCK].tolist()
         self.phase, self._stale, self._unchecked = Phase(int(phase)), bool(stale), bool(unchecked)
-        self._samples = int(samples)
+        self.time, self._start_time, self._stop_time, self._samples = time, start, stop, int(samples)
         vector = content[_FLAGS_AND_CLOCK:]
         self._x, self._values[:] = vector[: self._x.size].copy(), vector[self._x.size :]
 

@@ -7,22 +7,24 @@ from importlib.metadata import version
 
 import numpy as np
 
+from ..components.instance import MOST_INTERNAL_STEPS, TIME_TOLERANCE
 from ..components.interface import Component, Continuous, Sampled
+from ..components.stepping import SAMPLE_TOLERANCE, STEP_TOLERANCE
 from .model_description import LOG_CATEGORIES
 
 STATE_VERSION = 2
 """Version of a saved state; raised whenever `State` in c/instance.h changes."""
 
 
-def header(component: Component, work_size: int) -> str:
-    """Return component.h: sizes, and the places of the parameters that the shell reads."""
+def header(component: Component) -> str:
+    """Return component.h: sizes, the places of the parameters that the shell reads, and the limits of time."""
     names = component.p.names
     if isinstance(component, Sampled):
         draws, internal_step = component.draws, names.index(component.period)
-        seed = names.index(component.seed) if component.seed else -1
+        seed = names.index(component.seed) if component.seed else 0
     else:
         assert isinstance(component, Continuous)
-        draws, internal_step, seed = 0, names.index(component.max_step), -1
+        draws, internal_step, seed = 0, names.index(component.max_step), 0
     return f"""\
 /* Sizes of {component.name}. */
 enum {{
@@ -32,10 +34,15 @@ enum {{
     N_VARIABLES = {component.u.size + component.y.size + component.p.size},
     N_REQUIREMENTS = {len(component.requirements)},
     N_DRAWS = {draws},
-    N_WORK = {max(work_size, 1)},
     INTERNAL_STEP = {internal_step}, /* the parameter with the time between samples, or the longest internal step */
-    SEED = {seed} /* the parameter that selects the draws; -1 without draws */
+    SEED = {seed} /* the parameter that selects the draws; any without draws */
 }};
+
+/* As in the Python sources, which tell what they are. */
+#define TIME_TOLERANCE {TIME_TOLERANCE!r}
+#define MOST_INTERNAL_STEPS {float(MOST_INTERNAL_STEPS)!r}
+#define STEP_TOLERANCE {STEP_TOLERANCE!r}
+#define SAMPLE_TOLERANCE {SAMPLE_TOLERANCE!r}
 """
 
 

@@ -30,7 +30,7 @@ STOP_TIME = 60.0
 # In the order of the status codes that they are for.
 LOG_CATEGORIES = {
     "logStatusWarning": "Something that the user should know, for example a detached arm",
-    "logStatusDiscard": "A step that was not taken, and why",
+    "logStatusDiscard": "A question without an answer: a derivative that is not finite, a status that there is not",
     "logStatusError": "A call that failed, and why",
 }
 

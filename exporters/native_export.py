@@ -1,6 +1,7 @@
 """The native export: an FMU of C traced from the component's functions; it needs nothing on the target."""
 
 from collections.abc import Iterable, Mapping
+from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from fmpy.model_description import ModelDescription
 from ..components.interface import Component, Continuous, Sampled
 from . import archive, c_tables, documentation, model_description, tracing, zig
 
+_CHECKSUMS = "sources/binaries.sha256"
 _STANDARD_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 _SAMPLED_ONLY = {"sampled.c", "noise.c", "noise.h"}
 _CONTINUOUS_ONLY = {"continuous.c"}
@@ -23,38 +25,33 @@ def export(component: Component, path: Path, platforms: Iterable[str] = ()) -> b
     ------
     BuildError : the C compiler fails, or has no target for this machine.
     """
-    content = entries(component)
-    places = {platform: _place(component, platform) for platform in zig.TARGETS}
-    kept = _kept_binaries(path, content, places.values())
-    wanted = set(platforms) or {platform for platform, targets in zig.TARGETS.items() if zig.host_target() in targets}
-    new = {
-        place: zig.shared_library(component.name, sources(component), platform)
-        for platform, place in places.items()
-        if platform in wanted and place not in kept
-    }
-    return bool(new) and archive.write(path, {**content, **kept, **new})
-
-
-def entries(component: Component) -> dict[str, bytes]:
-    """Return the content of a component's FMU but for its binaries, name to bytes."""
     code = sources(component)
-    description = model_description.to_xml(
-        _description(component), [name for name in sorted(code) if name[-2:] == ".c"]
-    )
-    content = {"modelDescription.xml": description, **documentation.entries(component, ["rov-cosim"])}
-    content.update({f"sources/{name}": text for name, text in code.items()})
-    content["sources/recipe.txt"] = zig.recipe().encode()
-    return content
+    content = _entries(component, code)
+    kept = _kept_binaries(path, content, component)
+    wanted = set(platforms) or {zig.host_platform()}
+    new = {
+        _place(component, platform): zig.shared_library(component.name, code, platform)
+        for platform in zig.TARGETS
+        if platform in wanted and _place(component, platform) not in kept
+    }
+    if not new:
+        return False
+    binaries = kept | new
+    return archive.write(path, {**content, **binaries, _CHECKSUMS: _checksums(binaries)})
 
 
 def sources(component: Component) -> dict[str, bytes]:
     """Return all that the binary is made of, by file name: generated, hand-written, and the standard's headers."""
     omitted = _CONTINUOUS_ONLY if isinstance(component, Sampled) else _SAMPLED_ONLY
     hand_written = files(__package__) / "c"
-    code = {file.name: file.read_bytes() for file in hand_written.iterdir() if file.name not in omitted}
+    code = {
+        file.name: file.read_bytes()
+        for file in hand_written.iterdir()
+        if file.name not in omitted and file.name.endswith((".c", ".h"))
+    }
     code.update({name: (files("fmpy") / "c-code" / name).read_bytes() for name in _STANDARD_HEADERS})
     guid = _description(component).guid
-    code["component.h"] = c_tables.header(component, tracing.work_size(component)).encode()
+    code["component.h"] = c_tables.header(component).encode()
     code["component.c"] = c_tables.source(component, guid).encode()
     code["model.c"] = tracing.source(component).encode()
     return code
@@ -66,12 +63,28 @@ def _description(component: Component) -> ModelDescription:
     )
 
 
+def _entries(component: Component, code: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Return the content of a component's FMU but for its binaries, name to bytes."""
+    files = sorted(name for name in code if name.endswith(".c"))
+    content = {"modelDescription.xml": model_description.to_xml(_description(component), files)}
+    content.update({f"sources/{name}": text for name, text in code.items()})
+    content["sources/recipe.txt"] = zig.recipe().encode()
+    return {**content, **documentation.entries(component, ["rov-cosim"])}
+
+
 def _place(component: Component, platform: str) -> str:
     return f"binaries/{platform}/{component.name}{zig.SUFFIXES[platform]}"
 
 
-def _kept_binaries(path: Path, content: Mapping[str, bytes], places: Iterable[str]) -> dict[str, bytes]:
-    """Return the binaries of the FMU at `path` if they were made of just this content, else none."""
+def _kept_binaries(path: Path, content: Mapping[str, bytes], component: Component) -> dict[str, bytes]:
+    """Return the binaries of the FMU at `path` if this export made them of just this content, else none."""
     present = archive.present(path)
-    binaries = {place: present.pop(place) for place in places if place in present}
-    return binaries if present == content else {}
+    places = [place for platform in zig.TARGETS if (place := _place(component, platform)) in present]
+    binaries = {place: present.pop(place) for place in places}
+    ours = present.pop(_CHECKSUMS, b"") == _checksums(binaries)
+    return binaries if ours and present == content else {}
+
+
+def _checksums(binaries: Mapping[str, bytes]) -> bytes:
+    """Return the list that `sha256sum --check` takes: another compiler's binary must not pass for one of ours."""
+    return "".join(f"{sha256(data).hexdigest()}  {name}\n" for name, data in sorted(binaries.items())).encode()

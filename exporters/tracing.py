@@ -1,5 +1,6 @@
 """Tracing a component's functions, unchanged, into C by CasADi's NumPy mode."""
 
+import re
 from importlib.metadata import version
 from typing import Any
 
@@ -37,12 +38,9 @@ def source(component: Component) -> str:
     generator = ca.CodeGenerator("model", _OPTIONS)
     for function in functions(component):
         generator.add(function)
-    return _HEADER.format(name=component.name, version=version("casadi")) + str(generator.dump())
-
-
-def work_size(component: Component) -> int:
-    """Return how many doubles the functions need to work in."""
-    return max(int(function.sz_w()) for function in functions(component))
+    code = str(generator.dump())
+    assert not re.search(r"\b(w|iw)\[", code)  # the shell passes no memory to work in
+    return _HEADER.format(name=component.name, version=version("casadi")) + code
 
 
 def _traced(component: Component) -> list[ca.Function]:

@@ -13,7 +13,7 @@ import fmpy
 TARGETS = {
     "linux64": ("x86_64-linux-gnu.2.17",),
     "win64": ("x86_64-windows-gnu",),
-    "darwin64": ("x86_64-macos", "aarch64-macos"),
+    "darwin64": ("x86_64-macos.11.0", "aarch64-macos.11.0"),
 }
 """What each platform of FMI 2.0 is compiled for; several targets go into one universal binary."""
 
@@ -32,7 +32,7 @@ FLAGS = (
 )
 
 _SHARED = ("-shared", "-fPIC", "-s")
-_FAT_MAGIC, _CPU_TYPES = 0xCAFEBABE, {"x86_64-macos": (0x01000007, 3), "aarch64-macos": (0x0100000C, 0)}
+_FAT_MAGIC, _CPU_TYPES = 0xCAFEBABE, {"x86_64": (0x01000007, 3), "aarch64": (0x0100000C, 0)}
 _FAT_ALIGNMENT = 14
 
 
@@ -41,9 +41,12 @@ class BuildError(RuntimeError):
 
 
 def recipe() -> str:
-    """Return how binaries are made: the compiler's version and its flags."""
-    lines = [f"{platform}: zig cc -target {target}" for platform, targets in TARGETS.items() for target in targets]
-    return "\n".join([f"ziglang {version('ziglang')}", *lines, " ".join((*FLAGS, *_SHARED)), ""])
+    """Return how binaries are made: the compiler's version and its command lines."""
+    lines = [f"ziglang {version('ziglang')}"]
+    for platform, targets in TARGETS.items():
+        for target in targets:
+            lines.append(f"{platform}: {' '.join(_command(target, f'NAME{SUFFIXES[platform]}', _SHARED, ['*.c']))}")
+    return "\n".join([*lines, ""])
 
 
 def shared_library(name: str, sources: Mapping[str, bytes], platform: str) -> bytes:
@@ -68,7 +71,13 @@ def host_target() -> str:
     for target in TARGETS.get(fmpy.platform, ()):
         if target.startswith(f"{fmpy.architecture}-"):
             return target
-    raise BuildError(f"There is no native target for {fmpy.platform_tuple}: take --export pythonfmu.")
+    known = ", ".join(target for targets in TARGETS.values() for target in targets)
+    raise BuildError(f"There are no FMUs for {fmpy.platform_tuple}; expected one of {known}.")
+
+
+def host_platform() -> str:
+    """Return the platform of FMI that this machine is, a key of `TARGETS`; BuildError if it is none."""
+    return next(platform for platform, targets in TARGETS.items() if host_target() in targets)
 
 
 def compiled(sources: Mapping[str, bytes], target: str, output: str, options: Iterable[str] = ()) -> bytes:
@@ -82,12 +91,16 @@ def compiled(sources: Mapping[str, bytes], target: str, output: str, options: It
         for name, content in sources.items():
             (Path(folder) / name).write_bytes(content)
         files = sorted(name for name in sources if name.endswith(".c"))
-        libraries = [] if "windows" in target else ["-lm"]
-        command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *FLAGS, *options, "-o", output]
-        done = subprocess.run([*command, *files, *libraries], cwd=folder, capture_output=True, text=True, check=False)
+        command = [sys.executable, "-m", "ziglang", *_command(target, output, options, files)]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             raise BuildError(f"The compiler fails for {target}:\n{done.stderr}")
         return (Path(folder) / output).read_bytes()
+
+
+def _command(target: str, output: str, options: Iterable[str], files: Iterable[str]) -> list[str]:
+    libraries = [] if "windows" in target else ["-lm"]
+    return ["cc", "-target", target, *FLAGS, *options, "-o", output, *files, *libraries]
 
 
 def _universal(slices: Mapping[str, bytes]) -> bytes:
@@ -97,6 +110,6 @@ def _universal(slices: Mapping[str, bytes]) -> bytes:
     start = 1 << _FAT_ALIGNMENT
     for target, content in slices.items():
         offset = start + len(body)
-        table += struct.pack(">5I", *_CPU_TYPES[target], offset, len(content), _FAT_ALIGNMENT)
+        table += struct.pack(">5I", *_CPU_TYPES[target.split("-")[0]], offset, len(content), _FAT_ALIGNMENT)
         body += content + bytes(-len(content) % start)
     return table + bytes(start - len(table)) + body

@@ -1,6 +1,7 @@
 """The command `rov-cosim`."""
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
@@ -101,6 +102,8 @@ def list_systems() -> None:
 @click.option("--plain-ssp", is_flag=True, help="Archives with SSP content alone, which `fmpy simulate` cannot run.")
 def build(export: str, all_platforms: bool, plain_ssp: bool) -> None:
     """Build all FMUs and SSP archives; what is current stays untouched."""
+    if all_platforms and export != "native":
+        raise click.UsageError("--all-platforms is for the native export: a pythonfmu FMU has all that pythonfmu has.")
     platforms = TARGETS if all_platforms else ()
     built = session.build(*SYSTEMS.values(), export=export, platforms=platforms, plain=plain_ssp)
     for path, written in built.items():
@@ -160,10 +163,13 @@ def compare(
 @click.argument("system", type=click.Choice(list(SYSTEMS)), default="station_keeping")
 def benchmark(system: str) -> None:
     """Measure what a run costs in both exports, and the floor: steps, loops, whole commands."""
-    from . import benchmark as benchmarking  # needs what a light install has not
+    for export in EXPORTS:
+        session.build(SYSTEMS[system], export=export)
+    from . import benchmark as benchmarking  # needs what a light install has not, as the build has told
 
-    for line in benchmarking.report(SYSTEMS[system]):
-        click.echo(line)
+    with TemporaryDirectory() as folder:
+        for line in benchmarking.report(SYSTEMS[system], folder):
+            click.echo(line)
 
 
 if __name__ == "__main__":

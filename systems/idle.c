@@ -1,6 +1,6 @@
 /* An FMU that does nothing: what calling it costs is what any FMU with these variables costs a master.
 
-   The arguments are left out: the calling conventions of C let the caller pass what the callee ignores. */
+   The arguments are left out, which the C language does not allow, but the platforms' calling conventions do. */
 #define VISIBLE __attribute__((visibility("default")))
 #define NOTHING(name) VISIBLE int name(void) { return 0; }
 

@@ -81,7 +81,7 @@ def loops(wirings: Mapping[str, Wiring], steps: int) -> dict[str, float]:
 def idle(wiring: Wiring) -> Iterator[Wiring]:
     """Yield the system with FMUs in place of its own that have the same variables and do nothing."""
     sources = {"idle.c": (_C / "idle.c").read_bytes()}
-    platform = next(platform for platform, targets in zig.TARGETS.items() if zig.host_target() in targets)
+    platform = zig.host_platform()
     with ExitStack() as stack:
         elements = []
         for element in wiring.elements:

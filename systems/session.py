@@ -58,7 +58,7 @@ def build(
 
 @contextmanager
 def opened(system: System | Path, export: str = "native") -> Iterator[Wiring]:
-    """Yield the wiring of a system, built first, or of any SSP archive."""
+    """Yield the wiring of a system, built first in an export, or of any SSP archive, which has its FMUs."""
     if isinstance(system, System):
         build(system, export=export)
         system = ssp_path(system, export)

@@ -41,6 +41,20 @@ def off_by_rounding(one):
     return one.step(at=sum([0.03] * 500))
 
 
+def lose_thrusters(one):
+    one.put(dict(FEW))
+    one.before = one.save()
+    return one.step()
+
+
+def spoil_after_reading(one):
+    one.must("GetReal", one.outputs, len(one.outputs), (c_double * len(one.outputs))())
+    for name, value in LIGHT:
+        one.put({name: value})
+    one.before = one.save()
+    return EXIT(one)
+
+
 def past_stop_time(one):
     twin = one.twin()
     twin.must("SetupExperiment", 0, 0.0, 0.0, 1, 0.03)
@@ -126,6 +140,7 @@ class Fault:
     stage: str = RUN
     component: str = "rov_plant"
     given: tuple = ()  # start values; they stay bad, so that afterwards only a reset helps
+    resets: bool = False  # whether the fault itself sets values that stay bad
     folder: str = "fmu"
     python: str = ""  # what the page tells of the pythonfmu export in place of an answer
 
@@ -149,6 +164,10 @@ FAULTS = [
     Fault("parameter set to infinity", put({"mass": inf}), "mass is inf", BEGIN),
     Fault("parameters of an impossible mass matrix", EXIT, "mass matrix", INIT, given=LIGHT),
     Fault("too few thrusters enabled", EXIT, "enable more thrusters", INIT, "adaptive_pd", given=FEW),
+    Fault("too few thrusters enabled during the run", lose_thrusters, "enable more thrusters", component="adaptive_pd",
+          resets=True),
+    Fault("parameters made impossible after the outputs were read", spoil_after_reading, "mass matrix", INIT,
+          resets=True),
     Fault("direction not of unit length", EXIT, "unit length", INIT, given=(("thruster[1].d.x", 0.1),)),
     Fault("initial roll while roll is locked", EXIT, "eta_0.phi", INIT, given=(("eta_0.phi", 0.1),)),
     Fault("output set", put({"eta.x": 1.0}), "eta.x is an output"),
@@ -219,6 +238,10 @@ FAULTS = [
     Fault("nonsense restored as a state", methodcaller("restore", b"nonsense"), "8 bytes; expected"),
     Fault("saved state without its last byte", lambda one: one.restore(one.save()[:-1]), "bytes; expected"),
     Fault("saved state of another component", lambda one: one.restore(one.beside().save()), "bytes; expected"),
+    Fault("state of another component serialised", lambda one: one.call("SerializeFMUstate", one.beside().state(),
+          (c_double * 999)(), 7992), "of another component", python="undefined: it takes any state for its own"),
+    Fault("state saved over that of another component",
+          lambda one: one.call("GetFMUstate", byref(one.beside().state())), "of another component"),
     Fault("state of another component, not serialised", lambda one: one.call("SetFMUstate", one.beside().state()),
           "of another component"),
     Fault("saved state with a flipped bit, in each eighth byte in turn",
@@ -254,7 +277,7 @@ def commit(fmu: Path, fault: Fault) -> None:
         print(json.dumps({"status": status, "text": text}), flush=True)
         try:
             assert status == "ok" or one.save() == one.before, "the state is another"
-            if not fault.given:
+            if not (fault.given or fault.resets):
                 one.check(step=False)
                 if fault.stage != END:
                     one.lead(fault.stage)

@@ -13,7 +13,7 @@
 
 #define EXPECT(fine) ((fine) ? (void)0 : (fprintf(stderr, "fuzz.c:%d: expected %s\n", __LINE__, #fine), abort()))
 
-enum { INSTANCES = 2, SLOTS = 4, AFFORDABLE = 30, MOST_INTERNAL_STEPS = 1000000, FIRST_PARAMETER = N_U + N_Y };
+enum { INSTANCES = 2, SLOTS = 4, AFFORDABLE = 30 };
 
 typedef struct {
     unsigned char fingerprint[sizeof fingerprint];

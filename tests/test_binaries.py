@@ -26,6 +26,14 @@ LIBRARIES = {
     "win64": {"KERNEL32.dll"},
     "darwin64": {"/usr/lib/libSystem.B.dylib"},
 }
+# fmt: off
+HARMLESS = {
+    "acos", "asin", "atan2", "ceil", "cos", "exp", "fabs", "floor", "fmax", "fmin", "log", "nextafter", "pow", "sin",
+    "sincos", "sqrt", "tan",
+    "memchr", "memcmp", "memcpy", "memset", "snprintf", "strchr", "strcmp", "strcpy", "strlen", "strpbrk", "vsnprintf",
+    "calloc", "free", "malloc",
+}
+# fmt: on
 MODEL_EXCHANGE = {
     "fmi2EnterEventMode",
     "fmi2NewDiscreteStates",
@@ -64,6 +72,8 @@ def assert_self_sufficient(fmu, name, platform):
         if platform == "darwin64":  # C names begin with _ there; the linker adds two of its own
             exported = {name.removeprefix("_") for name in exported - {"___dso_handle", "__mh_dylib_header"}}
         assert exported == STANDARD
+        if platform == "darwin64":
+            assert tuple(binary.build_version.minos)[:2] <= (11, 0)
         if platform == "linux64":
             versions = {v.name for needed in binary.symbols_version_requirement for v in needed.get_auxiliary_symbols()}
             assert max(tuple(map(int, v.removeprefix("GLIBC_").split("."))) for v in versions) <= (2, 17)
@@ -72,6 +82,27 @@ def assert_self_sufficient(fmu, name, platform):
 @pytest.mark.parametrize("name", NAMES)
 def test_the_linux_binary_needs_an_old_libc_alone_and_exports_fmi_alone(fmus, name):
     assert_self_sufficient(fmus[name], name, "linux64")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_binary_calls_mathematics_text_and_memory_alone_and_has_no_variables_of_its_own(fmus, name):
+    binary = lief.parse(list(archive.read(fmus[name])[f"binaries/linux64/{name}.so"]))
+    imported = {function.name for function in binary.imported_functions}
+    assert imported - {"__cxa_finalize", "__stack_chk_fail", ""} <= HARMLESS
+    written = {section.name: section.size for section in binary.sections if section.name in (".data", ".bss")}
+    assert sum(written.values()) <= 16  # the linker's own; what an instance needs is in its memory
+
+
+def test_memory_is_taken_for_instances_and_saved_states_alone():
+    sources = {file.name: file.read_text() for file in (files("rov_cosim.exporters") / "c").iterdir()}
+    takers = {name for name, text in sources.items() if re.search(r"\b(m|c|re)alloc\b", text)}
+    assert takers == {"fmi2_life.c", "fmi2_state.c"}
+    assert sources["fmi2_life.c"].count("alloc(") == sources["fmi2_state.c"].count("malloc(") == 1
+
+
+def test_a_source_that_does_not_compile_ends_the_build_with_the_compilers_words():
+    with pytest.raises(zig.BuildError, match="no_such_thing"):
+        zig.shared_library("broken", {"broken.c": b"int f(void) { return no_such_thing; }"}, "linux64")
 
 
 @pytest.mark.slow
@@ -90,14 +121,23 @@ def test_rebuilt_binaries_are_the_same_to_the_byte(universal, tmp_path, name):
     assert again.read_bytes() == universal[name].read_bytes()
 
 
-def test_an_fmu_keeps_the_binaries_of_other_platforms_while_they_are_current(fmus, tmp_path):
+@pytest.mark.slow
+def test_an_fmu_keeps_the_binaries_of_other_platforms_while_they_are_current(universal, tmp_path):
     path = tmp_path / "passive_arm.fmu"
-    content = {**archive.read(fmus["passive_arm"]), "binaries/win64/passive_arm.dll": b"another platform's"}
-    archive.write(path, content)
-    assert not native_export.export(COMPONENTS["passive_arm"], path, ["linux64", "win64"])
-    archive.write(path, {**content, "sources/model.c": b"/* of an older version */"})
+    shutil.copy(universal["passive_arm"], path)
+    assert not native_export.export(COMPONENTS["passive_arm"], path)
+    archive.write(path, {**archive.read(path), "sources/model.c": b"/* of an older version */"})
     assert native_export.export(COMPONENTS["passive_arm"], path, ["linux64"])
     assert {name.split("/")[1] for name in archive.read(path) if name.startswith("binaries/")} == {"linux64"}
+
+
+def test_the_binary_of_another_compiler_does_not_pass_for_ours(fmus, tmp_path):
+    path = tmp_path / "passive_arm.fmu"
+    archive.write(
+        path, {**archive.read(fmus["passive_arm"]), "binaries/linux64/passive_arm.so": b"of another compiler"}
+    )
+    assert native_export.export(COMPONENTS["passive_arm"], path)
+    assert archive.read(path) == archive.read(fmus["passive_arm"])
 
 
 def record(path: Path) -> None:

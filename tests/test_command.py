@@ -96,6 +96,7 @@ def test_the_benchmark_prints_every_table(archives, python_archives):
             "mass is 0; expected a finite number of at least 0.001",
         ),
         (["run", "station_keeping", "--output", "/proc/none"], "/proc/none"),
+        (["build", "--export", "pythonfmu", "--all-platforms"], "--all-platforms is for the native export"),
     ],
 )
 def test_bad_input_ends_with_a_reason_and_a_failing_status(archives, arguments, reason):

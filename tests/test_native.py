@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 from fmpy import read_model_description
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import fmi2LastSuccessfulTime
 
 from rig import RELAXED, Rig, random_inputs
+from rov_cosim.components.instance import ComponentError
 from rov_cosim.exporters.build import components
 from rov_cosim.systems import ssp_reader
 from rov_cosim.systems.catalogue import SYSTEMS
@@ -40,6 +43,48 @@ def test_a_single_step_agrees_to_rounding_from_any_parameters(native, name):
         fmu.step(0)
         rig.step()
         assert fmu.outputs() == pytest.approx(rig.outputs(), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("start", [0.0, 86400.0, 1.7e9])
+@pytest.mark.parametrize("name", NAMES)
+def test_both_take_and_refuse_the_same_steps(native, name, start):
+    fmu, rig = native(name), Rig(COMPONENTS[name])
+    fmu.fmu.setupExperiment(startTime=start, stopTime=start + 40.0)
+    fmu.fmu.enterInitializationMode()
+    fmu.fmu.exitInitializationMode()
+    rig.instance.set_times(start, start + 40.0)
+    rig.instance.enter_initialization()
+    rig.instance.exit_initialization()
+
+    def both(offset, step):
+        """Take a step that begins so far from where the last one ended; tell whether it was taken."""
+        time = rig.instance.time + offset
+        taken = []
+        for do_step, refused in ((fmu.fmu.doStep, FMICallException), (rig.instance.do_step, ComponentError)):
+            try:
+                do_step(time, step)
+                taken.append(True)
+            except refused:
+                taken.append(False)
+        assert taken[0] == taken[1], (offset, step)
+        assert fmu.fmu.getRealStatus(fmi2LastSuccessfulTime) == rig.instance.time
+        assert fmu.outputs() == pytest.approx(rig.outputs(), rel=1e-11, abs=1e-11)
+        return taken[0]
+
+    spacing = np.spacing(start)
+    assert both(0.0, 0.03)
+    for offset in (3 * spacing, -3 * spacing, 0.9e-9, -0.9e-9):
+        assert both(offset, 0.03)
+    assert not both(1e-4, 0.03)
+    assert not both(-1e-4, 0.03)
+    assert both(0.0, 19.9)
+    assert both(15e-9, 0.03)  # a share of the time since the start
+    assert both(0.0, 0.9e-9)
+    assert both(0.0, 2e-9)
+    rest = start + 40.0 - rig.instance.time
+    assert not both(0.0, rest + 1e-3)
+    assert both(0.0, rest + 1e-9)  # past the stop time by rounding
+    assert not both(0.0, 0.03)
 
 
 @pytest.mark.parametrize("name", NAMES)

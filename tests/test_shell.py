@@ -67,6 +67,7 @@ def present_outputs(name, values):
 def test_directional_derivatives_are_those_of_difference_quotients(native, name, phase):
     component, random = COMPONENTS[name], np.random.default_rng(8)
     values = {**RELAXED[name], **random_inputs(component, random)}
+    values |= {"theta_hat_0.dB": 3.0, "theta_hat_0.F_A.y": -2.0} if name == "adaptive_pd" else {}
     values |= {"encoder_counts": 0} if name == "passive_arm" else {}
     values |= {"thruster_time_constant": 0.0, "thrust_max": 0.0} if name == "rov_plant" else {}
     values |= {"eta_m_valid": True, "disable": False, "thrust_max": 0.0} if name == "adaptive_pd" else {}

@@ -4,8 +4,6 @@
 
 #include "stepping.h"
 
-static const double STEP_TOLERANCE = 1e-9; /* relative excess over whole internal steps that is rounding */
-
 const int interpolates_inputs = 1;
 
 static void inputs_after(double time, const Conditions *at, double *u) {
@@ -13,9 +11,9 @@ static void inputs_after(double time, const Conditions *at, double *u) {
         u[i] = at->u[i] + at->u_rate[i] * time;
 }
 
-static void outputs(const double *x, const double *u, const double *p, double *work, double *y) {
+static void outputs(const double *x, const double *u, const double *p, double *y) {
     const double *arguments[] = {x, u, p};
-    model_outputs(arguments, &y, 0, work, 0);
+    model_outputs(arguments, &y, 0, 0, 0);
 }
 
 double internal_steps(const Result *before, const Conditions *at, double step) {
@@ -23,7 +21,7 @@ double internal_steps(const Result *before, const Conditions *at, double step) {
     return step / at->p[INTERNAL_STEP];
 }
 
-void take_step(const Result *before, const Conditions *at, double step, double *work, Result *after) {
+void take_step(const Result *before, const Conditions *at, double step, Result *after) {
     double longest = at->p[INTERNAL_STEP], u[N_U], x[N_X];
     int whole = (int)ceil(step / longest * (1 - STEP_TOLERANCE)) - 1;
     *after = *before;
@@ -33,17 +31,17 @@ void take_step(const Result *before, const Conditions *at, double step, double *
         double *results[] = {after->x};
         memcpy(x, after->x, sizeof x);
         inputs_after(i * longest + h / 2, at, u); /* the midpoint rule: second order for inputs that change */
-        model_advance(arguments, results, 0, work, 0);
+        model_advance(arguments, results, 0, 0, 0);
     }
     inputs_after(step, at, u);
-    outputs(after->x, u, at->p, work, after->y);
+    outputs(after->x, u, at->p, after->y);
 }
 
-void present_outputs(const Result *state, const Conditions *at, double *work, double *y) {
-    outputs(state->x, at->u, at->p, work, y);
+void present_outputs(const Result *state, const Conditions *at, double *y) {
+    outputs(state->x, at->u, at->p, y);
 }
 
-void present_derivative(const Result *state, const Conditions *at, const double *du, double *work, double *dy) {
+void present_derivative(const Result *state, const Conditions *at, const double *du, double *dy) {
     const double *arguments[] = {state->x, at->u, at->p, du};
-    model_derivative(arguments, &dy, 0, work, 0);
+    model_derivative(arguments, &dy, 0, 0, 0);
 }

@@ -4,9 +4,11 @@
 
 #include "slave.h"
 
+/* Whether there is memory for a state, new or that of an earlier one. */
 static int allocated(Slave *slave, fmi2FMUstate *state) {
-    if (!*state)
-        *state = malloc(SAVED_SIZE);
+    if (*state)
+        return checked(slave, is_own(&slave->instance, *state)) == fmi2OK;
+    *state = malloc(SAVED_SIZE);
     if (!*state)
         refuse(slave, "There is no memory for a saved state.");
     return *state != NULL;
@@ -52,6 +54,8 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
     Slave *slave = called(c, SERIALIZE);
     if (!slave || !given(slave, SERIALIZE, state, "FMUstate") || !given(slave, SERIALIZE, bytes, "serializedState"))
         return fmi2Error;
+    if (!is_own(&slave->instance, state))
+        return report(slave, fmi2Error);
     if (size < SAVED_SIZE)
         return refuse(slave, "There is room for %lu bytes; expected %d.", (unsigned long)size, (int)SAVED_SIZE);
     memcpy(bytes, state, SAVED_SIZE);

@@ -22,10 +22,6 @@ static int are_variables(Slave *slave, Call call, Type type, const fmi2ValueRefe
     return 1;
 }
 
-static int is_output(fmi2ValueReference vr) {
-    return vr >= N_U && vr < N_U + N_Y;
-}
-
 static fmi2Status get(fmi2Component c, Call call, Type type, const fmi2ValueReference vr[], size_t n,
                       void *values) {
     Slave *slave = called(c, call);

@@ -3,14 +3,6 @@
 
 #include "instance.h"
 
-/* Tolerance on the communication point, relative to the time since the start, at least in s; also the shortest step. */
-static const double TIME_TOLERANCE = 1e-9;
-
-/* Internal steps that one communication step may take; more would look like a hang. */
-static const double MOST_INTERNAL_STEPS = 1e6;
-
-enum { FIRST_OUTPUT = N_U, FIRST_PARAMETER = N_U + N_Y };
-
 /* --- checks --- */
 
 /* Say, after some words, what a value is and what it should be. */
@@ -31,6 +23,10 @@ const char *phase_name(int64_t phase) {
          : phase == RUNNING      ? "running"      : "terminated";
 }
 
+int is_output(uint32_t reference) {
+    return reference >= FIRST_OUTPUT && reference < FIRST_PARAMETER;
+}
+
 int legal(int reference, double value) {
     return isfinite(value) && value >= variables[reference].minimum && value <= variables[reference].maximum;
 }
@@ -42,7 +38,7 @@ static int check_parameters(Instance *instance) {
     if (!instance->now.unchecked)
         return 1;
     if (N_REQUIREMENTS)
-        model_margins(arguments, results, 0, instance->work, 0);
+        model_margins(arguments, results, 0, 0, 0);
     say(instance->message, "");
     for (int i = 0; requirements[i]; i++)
         if (!(margins[i] > 0))
@@ -113,7 +109,7 @@ int is_settable(Instance *instance, uint32_t reference, double value) {
     const Variable *v = &variables[reference];
     if (!legal((int)reference, value))
         say_range(instance, "", (int)reference, value);
-    else if (reference >= FIRST_OUTPUT && reference < FIRST_PARAMETER)
+    else if (is_output(reference))
         say(instance->message, "%s is an output: only inputs and parameters can be set.", v->name);
     else if (v->fixed && instance->now.phase >= RUNNING)
         say(instance->message, "%s is a fixed parameter: set it before the initialization ends.", v->name);
@@ -165,7 +161,7 @@ static void accept(Instance *instance, const Result *state) {
 static void initial_state(Instance *instance, double *x) {
     const double *arguments[] = {&instance->now.values[FIRST_PARAMETER]};
     double *results[] = {x};
-    model_initial_state(arguments, results, 0, instance->work, 0);
+    model_initial_state(arguments, results, 0, 0, 0);
 }
 
 static int preview(Instance *instance) {
@@ -174,7 +170,7 @@ static int preview(Instance *instance) {
     if (!check_parameters(instance))
         return 0;
     initial_state(instance, first.x);
-    present_outputs(&first, &at, instance->work, first.y);
+    present_outputs(&first, &at, first.y);
     if (!check_result(instance, &first, "initialization at", instance->now.time))
         return 0;
     accept(instance, &first);
@@ -237,7 +233,7 @@ int do_step(Instance *instance, double time, double step) {
                 number(step, 6, a), number(n, 3, b), number(MOST_INTERNAL_STEPS, 7, c));
             return 0;
         }
-        take_step(&before, &at, step, instance->work, &after);
+        take_step(&before, &at, step, &after);
         if (!check_result(instance, &after, "step from", time))
             return 0;
         accept(instance, &after);
@@ -256,6 +252,6 @@ int directional_derivative(Instance *instance, const double *du, double *dy) {
     present(instance, &state);
     if (instance->now.phase < RUNNING)
         initial_state(instance, state.x);
-    present_derivative(&state, &at, du, instance->work, dy);
+    present_derivative(&state, &at, du, dy);
     return 1;
 }

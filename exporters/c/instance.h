@@ -11,6 +11,8 @@
 #include "message.h"
 #include "stepping.h"
 
+enum { FIRST_OUTPUT = N_U, FIRST_PARAMETER = N_U + N_Y }; /* in the order of `variables` */
+
 typedef enum { INSTANTIATED = 1, INITIALIZING = 2, RUNNING = 4, TERMINATED = 8 } Phase;
 
 /* All that the rest of a run depends on. The outputs in `values` are those last computed. */
@@ -25,7 +27,6 @@ typedef void Warn(void *receiver, const char *message);
 
 typedef struct {
     State now;
-    double work[N_WORK];
     Message message;
     Warn *warn;
     void *receiver; /* of `warn` */
@@ -34,6 +35,7 @@ typedef struct {
 /* Those that return int return whether it went well. */
 
 int legal(int reference, double value); /* finite and in range */
+int is_output(uint32_t reference);
 void reset(Instance *instance);
 int is_variable(Instance *instance, uint32_t reference, Type type);
 int is_settable(Instance *instance, uint32_t reference, double value);
@@ -49,7 +51,8 @@ enum { SAVED_SIZE = sizeof fingerprint + sizeof(uint64_t) + sizeof(State) };
 
 uint64_t checksum(const State *state);
 void save(const Instance *instance, char *bytes);
-int is_saved(Instance *instance, const char *bytes); /* SAVED_SIZE of them */
+int is_own(Instance *instance, const char *bytes);   /* saved by this version of this component; the rest unchecked */
+int is_saved(Instance *instance, const char *bytes); /* and undamaged, SAVED_SIZE bytes */
 int restore(Instance *instance, const char *bytes);
 
 const char *phase_name(int64_t phase);

@@ -4,20 +4,18 @@
 #include "noise.h"
 #include "stepping.h"
 
-static const double SAMPLE_TOLERANCE = 1e-6; /* share of the period by which a step may pass a sample of the next one */
-
 const int interpolates_inputs = 0;
 
 static void draw(const Result *state, const Conditions *at, double *draws) {
-    standard_normal(SEED < 0 ? 0 : (uint64_t)at->p[SEED < 0 ? 0 : SEED], (uint64_t)state->samples, N_DRAWS, draws);
+    standard_normal((uint64_t)at->p[SEED], (uint64_t)state->samples, N_DRAWS, draws);
 }
 
-static void sample(const Result *state, const Conditions *at, double *work, double *x, double *y) {
+static void sample(const Result *state, const Conditions *at, double *x, double *y) {
     double draws[N_DRAWS + 1];
     const double *arguments[] = {state->x, at->u, at->p, draws};
     double *results[] = {x, y};
     draw(state, at, draws);
-    model_sample(arguments, results, 0, work, 0);
+    model_sample(arguments, results, 0, 0, 0);
 }
 
 /* Time until which samples are due in a step: one that is due at its end belongs to the next step. */
@@ -30,23 +28,23 @@ double internal_steps(const Result *before, const Conditions *at, double step) {
     return (at->time + step - at->start_time) / at->p[INTERNAL_STEP] - (double)before->samples;
 }
 
-void take_step(const Result *before, const Conditions *at, double step, double *work, Result *after) {
+void take_step(const Result *before, const Conditions *at, double step, Result *after) {
     double until = due_until(at, step), period = at->p[INTERNAL_STEP];
     *after = *before;
     while ((double)after->samples * period < until) {
         Result now = *after;
-        sample(&now, at, work, after->x, after->y);
+        sample(&now, at, after->x, after->y);
         after->samples++;
     }
 }
 
-void present_outputs(const Result *state, const Conditions *at, double *work, double *y) {
-    sample(state, at, work, 0, y);
+void present_outputs(const Result *state, const Conditions *at, double *y) {
+    sample(state, at, 0, y);
 }
 
-void present_derivative(const Result *state, const Conditions *at, const double *du, double *work, double *dy) {
+void present_derivative(const Result *state, const Conditions *at, const double *du, double *dy) {
     double draws[N_DRAWS + 1];
     const double *arguments[] = {state->x, at->u, at->p, draws, du};
     draw(state, at, draws);
-    model_derivative(arguments, &dy, 0, work, 0);
+    model_derivative(arguments, &dy, 0, 0, 0);
 }

@@ -42,13 +42,18 @@ static int possible(const State *state) {
     return fine;
 }
 
+int is_own(Instance *instance, const char *bytes) {
+    if (!memcmp(bytes, fingerprint, sizeof fingerprint))
+        return 1;
+    say(instance->message, "The saved state is of another component, or of another version of this one.");
+    return 0;
+}
+
 int is_saved(Instance *instance, const char *bytes) {
     State state;
     uint64_t sum;
-    if (memcmp(bytes, fingerprint, sizeof fingerprint)) { /* first, for that of another component may be shorter */
-        say(instance->message, "The saved state is of another component, or of another version of this one.");
+    if (!is_own(instance, bytes)) /* first, for that of another component may be shorter */
         return 0;
-    }
     memcpy(&sum, &bytes[CHECKSUM_AT], sizeof sum);
     memcpy(&state, &bytes[STATE_AT], sizeof state);
     if (sum != checksum(&state) || !possible(&state)) {

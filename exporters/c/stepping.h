@@ -22,12 +22,12 @@ extern const int interpolates_inputs;
 /* About how many internal steps or samples a step of so many seconds takes. */
 double internal_steps(const Result *before, const Conditions *at, double step);
 
-void take_step(const Result *before, const Conditions *at, double step, double *work, Result *after);
+void take_step(const Result *before, const Conditions *at, double step, Result *after);
 
 /* The outputs that follow from the state and the inputs as they are now. */
-void present_outputs(const Result *state, const Conditions *at, double *work, double *y);
+void present_outputs(const Result *state, const Conditions *at, double *y);
 
 /* The directional derivative of these outputs for a change du of the inputs. */
-void present_derivative(const Result *state, const Conditions *at, const double *du, double *work, double *dy);
+void present_derivative(const Result *state, const Conditions *at, const double *du, double *dy);
 
 #endif
