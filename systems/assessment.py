@@ -116,8 +116,8 @@ def report(results: NDArray[Any], wiring: Wiring) -> str:
 
 def _input(results: NDArray[Any], wiring: Wiring, end: str) -> Any:
     """Return what an input had: its source's results if it is connected, else its start value; 0 if there is none."""
-    source = wiring.source(end)
-    return results[str(source)] if source else wiring.value(end) or 0.0
+    link = wiring.link_to(end)
+    return link.factor * results[str(link.source)] if link else wiring.value(end) or 0.0
 
 
 def _values(wiring: Wiring, prefix: str, labels: tuple[str, ...]) -> NDArray[np.float64] | None:

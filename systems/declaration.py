@@ -9,6 +9,8 @@ from fmpy import read_model_description
 from ..components.interface import SAMPLE_TIME
 from .wiring import Element, End, Link, Value, Wiring, WiringError, suggestion
 
+Connection = tuple[str, str] | tuple[str, str, Mapping[str, float]]
+
 
 @dataclass(frozen=True)
 class System:
@@ -20,7 +22,8 @@ class System:
     description : one sentence.
     elements : FMU of each element, by the element's name, in the order in which a sequential master steps them.
     connections : pairs ``("element.group", "element.group")`` from outputs to inputs. A group is a variable, or all
-        those that are named ``group.*`` or ``group[*]``, matched by what follows.
+        those that are named ``group.*`` or ``group[*]``, matched by what follows. A third item gives factors by the
+        last part of the name, for example `z_down.Z_DOWN`.
     parameters : start values that differ from the FMU's, by element and variable.
     stop_time, step_size : duration of a run and communication step, in s.
     """
@@ -28,7 +31,7 @@ class System:
     name: str
     description: str
     elements: Mapping[str, str]
-    connections: tuple[tuple[str, str], ...]
+    connections: tuple[Connection, ...]
     stop_time: float
     parameters: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
     step_size: float = SAMPLE_TIME
@@ -50,15 +53,18 @@ def wire(system: System, fmus: Mapping[str, Path]) -> Wiring:
     links: list[Link] = []
     problems = [f"There is no element {name}." for name in system.parameters if name not in system.elements]
     known = {element.name: element for element in elements}
-    for source, target in system.connections:
+    for source, target, *rest in system.connections:
+        factors: Mapping[str, float] = rest[0] if rest else {}
         groups = []
-        for end in (source, target):
-            name, _, group = end.partition(".")
+        for ends in (source, target):
+            name, _, group = ends.partition(".")
             groups.append(_members(known[name], group) if name in known else {})
         if not groups[0] or groups[0].keys() != groups[1].keys():
             problems.append(f"Connection {source} -> {target}: the variables do not pair up.")
             continue
-        links += [Link(groups[0][suffix], groups[1][suffix]) for suffix in groups[0]]
+        for suffix, start in groups[0].items():
+            end = groups[1][suffix]
+            links.append(Link(start, end, factors.get(end.variable.rsplit(".")[-1], 1.0)))
     wiring = Wiring(
         system.name, elements, tuple(links), system.stop_time, system.step_size, description=system.description
     )

@@ -34,22 +34,23 @@ class Loop:
     def __init__(self, slaves: list[Slave], links: tuple[Link, ...]) -> None:
         self.slaves, self.n_links = slaves, len(links)
         by_name = {slave.element.name: slave for slave in slaves}
-        grouped: dict[tuple[str, str, str], list[tuple[int, int]]] = {}
-        for source, target in links:
+        grouped: dict[tuple[str, str, str], list[tuple[int, int, float]]] = {}
+        for source, target, factor in links:
             type_ = by_name[source.element].element.variables[source.variable].type
             places = grouped.setdefault((source.element, target.element, type_), [])
             outputs, inputs = by_name[source.element].outputs[type_], by_name[target.element].inputs[type_]
-            places.append((outputs.names.index(source.variable), inputs.names.index(target.variable)))
-        self._copies: dict[str, list[tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]]] = {}
+            places.append((outputs.names.index(source.variable), inputs.names.index(target.variable), factor))
+        self._copies: dict[str, list[tuple[NDArray[Any], ...]]] = {}
         for (source_name, target_name, type_), places in grouped.items():
-            from_, to = (np.array(column) for column in zip(*places, strict=True))
+            from_, to, factors = (np.array(column) for column in zip(*places, strict=True))
             values = (by_name[source_name].outputs[type_].values, by_name[target_name].inputs[type_].values)
-            self._copies.setdefault(target_name, []).append((*values, from_, to))
+            factors = factors.astype(values[1].dtype)
+            self._copies.setdefault(target_name, []).append((*values, from_, to, factors))
 
     def feed(self, slave: Slave) -> None:
         """Set the connected inputs of a slave from the outputs last read."""
-        for source, target, from_, to in self._copies.get(slave.element.name, ()):
-            target[to] = source[from_]
+        for source, target, from_, to, factors in self._copies.get(slave.element.name, ()):
+            target[to] = factors * source[from_]
         slave.write()
 
     def propagate(self) -> bool:

@@ -39,9 +39,6 @@ def opened(path: Path) -> Iterator[Wiring]:
         FMU, connectors that do not match, units or types that differ, unknown parameters.
     """
     with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
-        if not folder.isascii() or any(character in folder for character in "#%"):
-            problem = f"The temporary folder {folder} has a name that pythonfmu cannot load from (not ASCII, # or %)"
-            raise WiringError(str(path), [f"{problem}: set TMPDIR to another."])
         try:
             with ZipFile(path) as archive:
                 archive.extractall(folder)
@@ -120,6 +117,12 @@ class _Reader:
             self.problems.append(f"{name}: {source} is not an FMU for co-simulation with FMI 2.0.")
             return None
         self.unreadable.discard(name)
+        where = str(folder)
+        if (folder / "resources" / "slavemodule.txt").is_file() and (not where.isascii() or set(where) & set("#%")):
+            problem = (
+                f"pythonfmu cannot load it from the temporary folder {where}, whose name is not ASCII or has # or %"
+            )
+            self.problems.append(f"{name}: {problem}: set TMPDIR to another.")
         element = Element(name, folder, description)
         self._check_connectors(component, element, units)
         return Element(name, folder, description, self._values(self._bound(component), element))
@@ -203,7 +206,9 @@ class _Reader:
                 )
             # An output that leaves the system is recorded all the same; an unreadable element is told already.
             elif target is not None and not {source, target} & self.unreadable:
-                yield Link(End(source, start), End(target, end))
+                transformation = connection.find("ssc:LinearTransformation", STANDARD)
+                factor = 1.0 if transformation is None else float(transformation.get("factor", "1"))
+                yield Link(End(source, start), End(target, end), factor)
 
     def _time(self, document: etree._Element, attribute: str, default: str | None) -> float:
         experiment = document.find("ssd:DefaultExperiment", STANDARD)

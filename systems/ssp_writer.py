@@ -21,14 +21,15 @@ PARAMETER_SET = "nominal"
 def write(wiring: Wiring, path: Path, plain: bool = False) -> bool:
     """Write the archive of a system unless it is current; tell whether it was written.
 
-    Unless `plain`, the archive is an FMU too (see `container`), which holds files at its root that SSP reserves.
+    Unless `plain`, the archive is an FMU too (see `container`), which holds files at its root that SSP reserves. A
+    system with factors on its connections cannot be an FMU, for FMPy's container has none.
     """
     entries = {"SystemStructure.ssd": system_structure(wiring)}
     for element in wiring.elements:
         entries[f"resources/{element.fmu.name}"] = element.fmu.read_bytes()
         if element.start_values:
             entries[f"resources/{element.name}.ssv"] = parameter_set(element)
-    if not plain:
+    if not plain and all(link.factor == 1 for link in wiring.links):
         entries |= container.entries(wiring)
     return archive.write(path, entries)
 
@@ -43,8 +44,8 @@ def system_structure(wiring: Wiring) -> bytes:
     for element in wiring.elements:
         _component(elements, element, wiring)
     connections = _child(system, "ssd:Connections")
-    for source, target in wiring.links:
-        _child(
+    for source, target, factor in wiring.links:
+        connection = _child(
             connections,
             "ssd:Connection",
             startElement=source.element,
@@ -52,6 +53,8 @@ def system_structure(wiring: Wiring) -> bytes:
             endElement=target.element,
             endConnector=target.variable,
         )
+        if factor != 1:
+            _child(connection, "ssc:LinearTransformation", factor=repr(factor))
     step = repr(wiring.step_size)
     oms = _annotation(system, "org.openmodelica")
     information = _child(_child(oms, "oms:Annotations"), "oms:SimulationInformation")

@@ -32,7 +32,7 @@ _READ = {
         "Units",
         "DefaultExperiment",
     },
-    "ssc": {"Unit", "BaseUnit", *TYPES},
+    "ssc": {"Unit", "BaseUnit", "LinearTransformation", *TYPES},
     "ssv": {"ParameterSet", "Parameters", "Parameter", "Units", *TYPES},
 }
 _IGNORED = {
@@ -45,6 +45,7 @@ _IGNORED = {
 }
 # Attributes that change the meaning, with the values that this reader honours.
 _HONOURED = {
+    ("LinearTransformation", "offset"): ("0", "0.0"),
     ("ParameterBinding", "sourceBase"): ("SSD",),
     ("ParameterBinding", "type"): ("application/x-ssp-parameter-set",),
     ("Component", "type"): ("application/x-fmu-sharedlibrary",),

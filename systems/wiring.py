@@ -39,10 +39,11 @@ class End(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A connection from an output to an input."""
+    """A connection from an output to an input, which receives the output times the factor."""
 
     source: End
     target: End
+    factor: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -93,9 +94,9 @@ class Wiring:
         known = {element.name: element for element in self.elements}
         return known[name].value(variable) if name in known and variable in known[name].variables else None
 
-    def source(self, end: str) -> End | None:
-        """Return the output that feeds the input ``element.variable``, or None if it is not connected."""
-        return next((link.source for link in self.links if str(link.target) == end), None)
+    def link_to(self, end: str) -> Link | None:
+        """Return the connection that feeds the input ``element.variable``, or None if there is none."""
+        return next((link for link in self.links if str(link.target) == end), None)
 
     def with_values(self, values: Mapping[str, str | Value]) -> "Wiring":
         """Return the system with other start values, given by ``element.variable``, as values or literals.
@@ -116,7 +117,7 @@ class Wiring:
             if declared.causality not in ("input", "parameter"):
                 problems.append(f"{end} is of causality {declared.causality}: only inputs and parameters can be set.")
                 continue
-            if self.source(end):
+            if self.link_to(end):
                 problems.append(f"{end} is connected: its value comes from another element.")
                 continue
             try:
@@ -150,7 +151,7 @@ class Wiring:
     def _link_problems(self) -> Iterable[str]:
         known = {element.name: element for element in self.elements}
         driven: dict[End, End] = {}
-        for source, target in self.links:
+        for source, target, factor in self.links:
             ends = []
             where = f"Connection {source} -> {target}"
             for end, causality in ((source, "output"), (target, "input")):
@@ -167,6 +168,8 @@ class Wiring:
                     ends.append((element, variable))
             if len(ends) == 2:
                 yield from _mismatches(where, *ends[0], *ends[1])
+                if factor != 1 and (ends[0][1].type != "Real" or not np.isfinite(factor)):
+                    yield f"{where}: the factor {factor:g} is not for a {ends[0][1].type}, or not finite."
             if target in driven:
                 yield f"Input {target} has two sources, {driven[target]} and {source}: remove one connection."
             driven[target] = source

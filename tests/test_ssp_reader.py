@@ -9,6 +9,7 @@ from rov_cosim.exporters import archive
 from rov_cosim.systems import ssp_reader
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.declaration import wire
+from rov_cosim.systems.master import simulate
 from rov_cosim.systems.ssp_xml import NAMESPACES
 from rov_cosim.systems.wiring import WiringError
 
@@ -47,14 +48,14 @@ def problems(path):
 SSD = "SystemStructure_DOT_ssd"
 PLANT = "resources__rov_plant_DOT_fmu"
 VALUES = "resources__rov_plant_DOT_ssv"
-TRANSFORMATION = '<ssc:LinearTransformation factor="2"/>'
+TRANSFORMATION = '<ssc:LinearTransformation factor="2" offset="1"/>'
 BREAKS = {
     "no structure": ({SSD: None}, ["SystemStructure.ssd: The archive has no such file."]),
     "not XML": ({SSD: b"<ssd:System"}, ["SystemStructure.ssd: This is not well-formed XML"]),
     "unknown element": ({SSD: swap(("<ssd:Elements>", "<ssd:Elements><ssd:Gadget/>"))}, ["Gadget"]),
     "transformation": (
         {SSD: swap(('endConnector="eta.x"/>', f'endConnector="eta.x">{TRANSFORMATION}</ssd:Connection>'))},
-        ["LinearTransformation is not supported"],
+        ['offset="1" of a LinearTransformation is not supported'],
     ),
     "missing FMU": ({PLANT: None}, ["rov_plant: the archive has no FMU resources/rov_plant.fmu."]),
     "FMU is no archive": ({PLANT: b"no zip"}, ["rov_plant: resources/rov_plant.fmu is not a readable FMU"]),
@@ -189,11 +190,15 @@ def test_two_elements_of_one_name_are_refused(archives, tmp_path):
     )
 
 
-def test_a_temporary_folder_that_pythonfmu_cannot_load_from_is_refused(archives, tmp_path, monkeypatch):
+def test_a_temporary_folder_that_pythonfmu_cannot_load_from_is_refused_for_its_fmus_alone(
+    archives, python_archives, tmp_path, monkeypatch
+):
     odd = tmp_path / "t#ü"
     odd.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(odd))
-    assert "set TMPDIR to another" in problems(archives["station_keeping"])[0]
+    assert "set TMPDIR to another" in problems(python_archives["station_keeping"])[0]
+    with ssp_reader.opened(archives["station_keeping"]) as wiring:
+        assert len(simulate(wiring, stop_time=0.3)) == 11
 
 
 def test_what_is_no_archive_is_told(tmp_path):

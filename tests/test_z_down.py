@@ -1,0 +1,89 @@
+"""A plant that counts z downwards is held by the unchanged controller, wired with signs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pythonfmu.builder import FmuBuilder
+from scipy.spatial.transform import Rotation
+
+from rov_cosim.components.frames import rotation
+from rov_cosim.components.vehicle import THETA
+from rov_cosim.exporters import archive
+from rov_cosim.systems import ssp_reader, ssp_writer
+from rov_cosim.systems.declaration import System, wire
+from rov_cosim.systems.master import simulate
+from rov_cosim.systems.z_down import Z_DOWN
+
+SET_POINT = {"x": 0.3, "y": -0.2, "z": 0.4, "psi": 0.5}
+PUSH = {"x": 3.0, "y": -2.0, "z": 4.0}  # north, east, down
+LABELS = ("x", "y", "z", "phi", "theta", "psi")
+
+
+def system(*transformation):
+    return System(
+        "ned",
+        "A plant of another tool",
+        {"plant": "ned_plant", "adaptive_pd": "adaptive_pd"},
+        (
+            ("plant.pose", "adaptive_pd.eta_m", *transformation),
+            ("plant.valid", "adaptive_pd.eta_m_valid"),
+            ("adaptive_pd.tau", "plant.force", *transformation),
+        ),
+        120.0,
+        {
+            "plant": {f"push.{axis}": force for axis, force in PUSH.items()},
+            # Without an arm's force the yaw is corrected through the umbilical alone: quick gains, for a short run.
+            "adaptive_pd": {
+                **{f"eta_d.{axis}": value for axis, value in SET_POINT.items()},
+                **{f"Gamma.{force}": 100.0 for force in THETA},
+            },
+        },
+    )
+
+
+@pytest.fixture(scope="module")
+def ned_fmus(fmus, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ned")
+    return {**fmus, "ned_plant": FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "ned_plant.py", folder)}
+
+
+def run(ned_fmus, tmp_path, *transformation, stop_time=120.0):
+    path = tmp_path / "ned.ssp"
+    ssp_writer.write(wire(system(*transformation), ned_fmus), path)
+    with ssp_reader.opened(path) as wiring:
+        return simulate(wiring, stop_time=stop_time)
+
+
+def test_the_signs_are_those_of_a_half_turn_about_x():
+    turn = Rotation.from_euler("x", np.pi).as_matrix()
+    factors = np.array([Z_DOWN.get(label, 1.0) for label in LABELS])
+    assert np.diag(turn) == pytest.approx(factors[:3])
+    for angles in ([0.3, -0.4, 1.2], [-1.0, 1.1, -2.5]):
+        assert rotation(factors[3:] * angles) == pytest.approx(turn @ rotation(np.array(angles)) @ turn)
+
+
+def test_the_controller_holds_a_plant_that_counts_z_downwards(ned_fmus, tmp_path):
+    results = run(ned_fmus, tmp_path, Z_DOWN)
+    for axis, wanted in SET_POINT.items():
+        assert results[f"plant.pose.{axis}"][-1] == pytest.approx(Z_DOWN.get(axis, 1.0) * wanted, abs=1e-3)
+    # Held still, the estimate is the push, in axes with z up and turned to the body.
+    up = np.array([Z_DOWN.get(axis, 1.0) * force for axis, force in PUSH.items()])
+    body = rotation(np.array([0.0, 0.0, SET_POINT["psi"]])).T @ up
+    estimated = [results[f"adaptive_pd.disturbance.{axis}"][-1] for axis in "XYZ"]
+    assert estimated == pytest.approx(body, abs=0.05)
+
+
+def test_without_the_signs_the_plant_runs_away(ned_fmus, tmp_path):
+    results = run(ned_fmus, tmp_path, stop_time=20.0)
+    assert abs(results["plant.pose.z"][-1] + SET_POINT["z"]) > 0.1
+
+
+def test_a_system_with_factors_is_no_fmu_and_is_read_back(ned_fmus, tmp_path):
+    wiring = wire(system(Z_DOWN), ned_fmus)
+    path = tmp_path / "ned.ssp"
+    ssp_writer.write(wiring, path)
+    with ssp_reader.opened(path) as read:
+        assert read.links == wiring.links
+        assert {link.factor for link in read.links} == {1.0, -1.0}
+    assert "modelDescription.xml" not in archive.read(path)
