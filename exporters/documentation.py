@@ -53,12 +53,20 @@ def entries(component: Component, packages: Iterable[str]) -> dict[str, bytes]:
 
 def page(component: Component) -> str:
     """Return the HTML page: the component's README with its maths, then the tables of its interface."""
-    text = files(f"{__package__.rsplit('.', 1)[0]}.components.{component.name}").joinpath("README.md").read_text()
-    body = _markdown().render(text)
     groups = [("Inputs", component.inputs), ("Outputs", component.outputs), ("Parameters", component.parameters)]
-    for title, signals in groups:
-        body += f"<h2>{title}</h2>\n{_table(title, signals)}"
-    return _PAGE.format(title=escape(component.title), body=body)
+    tables = "".join(f"<h2>{title}</h2>\n{_table(title, signals)}" for title, signals in groups)
+    return html(component.title, readme(component), tables)
+
+
+def readme(component: Component) -> str:
+    """Return the component's page in Markdown."""
+    folder = files(f"{__package__.rsplit('.', 1)[0]}.components.{component.name}")
+    return folder.joinpath("README.md").read_text()
+
+
+def html(title: str, markdown: str, more: str = "") -> str:
+    """Return a page from Markdown with maths, and more HTML after it."""
+    return _PAGE.format(title=escape(title), body=_markdown().render(markdown) + more)
 
 
 def icon(symbol: str) -> bytes:
@@ -91,7 +99,7 @@ def _table(title: str, signals: tuple[Signal, ...]) -> str:
     rows = ["<tr>" + "".join(f"<th>{column}</th>" for column in columns) + "</tr>"]
     for signal in signals:
         cells = {
-            "Name": f"<code>{escape(_names(signal))}</code>",
+            "Name": f"<code>{escape(names(signal))}</code>",
             "Unit": escape(", ".join(dict.fromkeys(signal.units))),
             "Start": _start(signal),
             "Range": "" if signal.type == "Boolean" else _range(signal),
@@ -102,7 +110,8 @@ def _table(title: str, signals: tuple[Signal, ...]) -> str:
     return "<table>\n" + "\n".join(rows) + "\n</table>\n"
 
 
-def _names(signal: Signal) -> str:
+def names(signal: Signal) -> str:
+    """Return the names of a signal's elements in short, for example ``u[1..8]``."""
     labels = [f"1..{len(axis)}" if axis[0] == "1" else "/".join(axis) for axis in signal.axes]
     return (signal.pattern or signal.key).format(*labels)
 

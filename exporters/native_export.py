@@ -49,15 +49,21 @@ def sources(component: Component) -> dict[str, bytes]:
         for file in hand_written.iterdir()
         if file.name not in omitted and file.name.endswith((".c", ".h"))
     }
-    code.update({name: (files("fmpy") / "c-code" / name).read_bytes() for name in _STANDARD_HEADERS})
-    guid = _description(component).guid
+    code.update(standard_headers())
+    guid = description(component).guid
     code["component.h"] = c_tables.header(component).encode()
     code["component.c"] = c_tables.source(component, guid).encode()
     code["model.c"] = tracing.source(component).encode()
     return code
 
 
-def _description(component: Component) -> ModelDescription:
+def standard_headers() -> dict[str, bytes]:
+    """Return the headers of FMI 2.0 by file name."""
+    return {name: (files("fmpy") / "c-code" / name).read_bytes() for name in _STANDARD_HEADERS}
+
+
+def description(component: Component) -> ModelDescription:
+    """Return FMPy's description object of the native FMU."""
     return model_description.describe(
         component, providesDirectionalDerivative=True, canInterpolateInputs=isinstance(component, Continuous)
     )
@@ -66,7 +72,7 @@ def _description(component: Component) -> ModelDescription:
 def _entries(component: Component, code: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return the content of a component's FMU but for its binaries, name to bytes."""
     files = sorted(name for name in code if name.endswith(".c"))
-    content = {"modelDescription.xml": model_description.to_xml(_description(component), files)}
+    content = {"modelDescription.xml": model_description.to_xml(description(component), files)}
     content.update({f"sources/{name}": text for name, text in code.items()})
     content["sources/recipe.txt"] = zig.recipe().encode()
     return {**content, **documentation.entries(component, ["rov-cosim"])}

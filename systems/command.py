@@ -1,13 +1,15 @@
 """The command `rov-cosim`."""
 
+import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
 
-from ..exporters.build import EXPORTS
-from ..exporters.zig import TARGETS, BuildError
+from ..exporters.build import EXPORTS, components
+from ..exporters.zig import TARGETS, BuildError, host_platform
+from ..handover.check import CheckError
 from . import session
 from .assessment import assessable
 from .catalogue import SYSTEMS
@@ -25,7 +27,7 @@ class _Command(click.Group):
             return super().invoke(context)
         except BrokenPipeError:
             raise  # click ends quietly
-        except (BuildError, WiringError, SimulationError, OSError) as error:
+        except (BuildError, CheckError, WiringError, SimulationError, OSError) as error:
             raise click.ClickException(str(error)) from error
 
 
@@ -157,6 +159,47 @@ def compare(
     path = output or session.results_folder() / f"compare-{'-'.join(Path(label).stem for label in runs)}.png"
     plot_comparison(runs, path)
     click.echo(path)
+
+
+@main.group()
+def handover() -> None:
+    """Hand a component to another team, and check what they made of it."""
+
+
+def _kit(name: str) -> click.Command:
+    @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for the kit.")
+    @click.option("--this-platform", is_flag=True, help="A binary for this machine alone, which is sooner built.")
+    def write(output: Path | None, this_platform: bool) -> None:
+        session.build()
+        from ..handover import kit
+
+        folder = output or session.project_root() / "build" / "handover"
+        for path in kit.write(components()[name], folder, [host_platform()] if this_platform else TARGETS):
+            click.echo(path)
+
+    return click.command(name, help=f"Write the kit of {name}: FMU, guide, parameter sets, reference runs.")(write)
+
+
+for _name in components():
+    handover.add_command(_kit(_name))
+
+
+@handover.command()
+@click.argument("fmu", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option(
+    "--component", type=click.Choice(list(components())), help="Whose behaviour; by the FMU's name if left out."
+)
+@click.option(
+    "--map", "map_", type=click.Path(exists=True, dir_okay=False, path_type=Path), help='TOML: "theirs" = "ours".'
+)
+def check(fmu: Path, component: str | None, map_: Path | None) -> None:
+    """Replay the reference runs through an FMU file; say signal by signal whether it conforms."""
+    from ..handover import verdict
+
+    lines, conforms = verdict.judge(fmu, component, map_)
+    for line in lines:
+        click.echo(line)
+    sys.exit(0 if conforms else 1)
 
 
 @main.command()

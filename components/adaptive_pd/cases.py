@@ -1,0 +1,93 @@
+"""Reference cases of the controller: what it does in open loop with given poses."""
+
+from typing import Any
+
+import numpy as np
+
+from ..cases import Case
+from ..noise import standard_normal
+
+
+def _pose(t: Any, **axes: Any) -> Any:
+    """Return poses, shape (len(t), 6), that are zero but for some axes."""
+    return np.stack(
+        [np.broadcast_to(axes.get(axis, 0.0), t.shape) for axis in ("x", "y", "z", "phi", "theta", "psi")], 1
+    )
+
+
+def _swaying(t: Any) -> Any:
+    return _pose(t, x=0.1 * np.sin(t), y=0.2 * np.cos(0.7 * t), z=0.05 * np.sin(2 * t), psi=0.3 * np.sin(0.5 * t))
+
+
+def _noisy(t: Any) -> Any:
+    noise = np.array([standard_normal(1, k, 6) for k in range(len(t))])
+    return _swaying(t) + noise * ([0.005] * 3 + [0.002] * 3)
+
+
+CASES = (
+    Case(
+        "step_response",
+        "The vehicle rests; the set-point steps in x, z and psi after 1 s",
+        200,
+        lambda t: {"eta_m_valid": 1.0, "eta_d": np.where(t[:, None] < 1.0, 0.0, [0.5, 0.0, -0.2, 0.0, 0.0, 1.0])},
+    ),
+    Case(
+        "noise",
+        "The vehicle sways; the measured pose has 5 mm of noise",
+        400,
+        lambda t: {"eta_m_valid": 1.0, "eta_m": _noisy(t), "eta_d": [0.2, 0.1, 0.0, 0.0, 0.0, 0.1]},
+    ),
+    Case(
+        "six_degrees",
+        "All six degrees of freedom, a centre of gravity that is off, the yaw through half a turn",
+        300,
+        lambda t: {
+            "eta_m_valid": 1.0,
+            "eta_m": _pose(
+                t, x=0.3, phi=0.2 * np.sin(t), theta=0.3 * np.cos(t), psi=np.angle(np.exp(1j * (2.0 + 0.4 * t)))
+            ),
+            "eta_d": [0.0, 0.0, 0.0, 0.0, 0.0, 3.0],
+        },
+        {"control_roll_pitch": 1, "r_G.x": 0.02, "theta_hat_0.dB": 5.0},
+    ),
+    Case(
+        "loss_of_measurement",
+        "The measurement is lost from 2 s to 4 s, and the pose has jumped when it returns",
+        250,
+        lambda t: {
+            "eta_m_valid": ((t < 2.0) | (t >= 4.0)).astype(float),
+            "eta_m": _swaying(t) + np.where(t[:, None] < 4.0, 0.0, [0.3, 0.0, 0.0, 0.0, 0.0, 0.5]),
+        },
+    ),
+    Case(
+        "saturation",
+        "Thrusters of 8 N and a set-point far away, near from 4 s on",
+        300,
+        lambda t: {
+            "eta_m_valid": 1.0,
+            "eta_m": _swaying(t),
+            "eta_d": np.where(t[:, None] < 4.0, [1.0, 0, 1.0, 0, 0, 0], 0.0),
+        },
+        {"thrust_max": 8.0},
+    ),
+    Case(
+        "disable",
+        "Switched off from 2 s to 4 s",
+        250,
+        lambda t: {"eta_m_valid": 1.0, "eta_m": _swaying(t), "disable": ((t >= 2.0) & (t < 4.0)).astype(float)},
+    ),
+    Case(
+        "singular_attitude",
+        "The pitch angle goes through a quarter of a turn, where a measurement is not used",
+        300,
+        lambda t: {"eta_m_valid": 1.0, "eta_m": _pose(t, x=0.2, theta=0.45 * t)},
+        {"control_roll_pitch": 1},
+    ),
+    Case(
+        "measured_velocity",
+        "The velocity is measured, and the PD controller does without adaptation",
+        200,
+        lambda t: {"eta_m_valid": 1.0, "eta_m": _swaying(t), "nu_m": 0.1 * _swaying(t + 1.0)},
+        {"use_measured_velocity": 1, "adaptation": 0},
+    ),
+)

@@ -1,0 +1,42 @@
+"""Reference cases of the vehicle: how it moves under given thrusts."""
+
+from typing import Any
+
+import numpy as np
+
+from ..cases import Case
+
+_FORWARD = np.array([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+_UP = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0])
+_TURN = np.array([-1.0, 1.0, -1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+
+
+def _mixed(t: Any) -> Any:
+    return np.outer(8 * np.sin(0.8 * t), _FORWARD) + np.outer(5 * np.cos(t), _UP) + np.outer(3 * np.sin(0.3 * t), _TURN)
+
+
+CASES = (
+    Case("surge", "Thrust ahead from 1 s on", 300, lambda t: {"u": np.where(t[:, None] < 1.0, 0.0, 10.0 * _FORWARD)}),
+    Case("mixed", "Ahead, up and around, in four degrees of freedom", 300, lambda t: {"u": _mixed(t)}),
+    Case(
+        "six_degrees",
+        "The same, free in roll and pitch, with the centre of gravity off",
+        300,
+        lambda t: {"u": _mixed(t)},
+        {"lock_roll_pitch": 0, "r_G.x": 0.02, "eta_0.phi": 0.3, "nu_0.p": 0.2},
+    ),
+    Case(
+        "forces",
+        "Buoyancy, umbilical, arm and a current",
+        300,
+        lambda t: {"F_arm": np.outer(np.sin(t), [2.0, 0.0, 1.0]), "current": [0.1, -0.05, 0.0]},
+        {"dB": 10.0, "F_C.y": -5.0, "F_A.x": 3.0},
+    ),
+    Case(
+        "limited_thrusters",
+        "Thrusters with a lag and a limit, one of them lost",
+        300,
+        lambda t: {"u": 2.0 * _mixed(t)},
+        {"thruster_time_constant": 0.3, "thrust_max": 6.0, "thruster[2].enabled": 0},
+    ),
+)

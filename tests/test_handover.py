@@ -1,0 +1,227 @@
+"""The kit holds what its guide promises, and the check tells a conforming import from one that is not."""
+
+import copy
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from fmpy.util import read_csv
+from lxml import etree
+
+from rov_cosim.components.cases import cases_of
+from rov_cosim.components.interface import Signal, count
+from rov_cosim.exporters import archive, native_export
+from rov_cosim.exporters.build import components
+from rov_cosim.handover import kit, verdict
+from rov_cosim.handover.check import CheckError
+from rov_cosim.systems.command import main
+
+COMPONENTS = components()
+NAMES = list(COMPONENTS)
+CONTROLLER = COMPONENTS["adaptive_pd"]
+
+
+@pytest.fixture(scope="module")
+def kits(tmp_path_factory) -> dict[str, Path]:
+    """Return the kits' folders by component, with binaries for this machine."""
+    folder = tmp_path_factory.mktemp("kits")
+    return {name: kit.write(component, folder, ["linux64"])[0] for name, component in COMPONENTS.items()}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_kit_holds_what_its_guide_promises(kits, name):
+    folder = kits[name]
+    guide = (folder / "guide.md").read_text()
+    assert "{" not in re.sub(r"'\{[0-9a-f-]+\}'|\$.*?\$|\\.*", "", guide, flags=re.S).replace("{...}", "")
+    for quoted in re.findall(r"^\| ((?:`[^`]+`(?:, )?)+) \|", guide.split("## Wire it")[0], re.M):
+        for pattern in re.findall(r"`([^`]+)`", quoted):
+            assert list(folder.glob(pattern.rstrip("/"))), pattern
+    for page in ("guide.md", "guide.html", "wiring.svg"):
+        text = (folder / page).read_text()
+        for signal in COMPONENTS[name].inputs + COMPONENTS[name].outputs:
+            assert signal.key in text
+    etree.fromstring((folder / "wiring.svg").read_bytes())
+    names = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    assert set(archive.read(folder.with_name(f"{folder.name}.zip"))) == {f"{folder.name}/{n}" for n in names}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_references_are_in_the_form_of_the_cross_check(kits, name):
+    schema = etree.XMLSchema(file=str(files("fmpy.ssp") / "schema" / "SystemStructureParameterValues.xsd"))
+    for case in cases_of(COMPONENTS[name]):
+        folder = kits[name] / "reference" / case.name
+        inputs, outputs = (read_csv(folder / f"{name}_{suffix}.csv") for suffix in ("in", "ref"))
+        assert inputs.dtype.names == ("time", *COMPONENTS[name].u.names)
+        assert outputs.dtype.names == ("time", *COMPONENTS[name].y.names)
+        options = dict(line.split(", ") for line in (folder / f"{name}_ref.opt").read_text().splitlines())
+        assert float(options["StopTime"]) == outputs["time"][-1] == inputs["time"][-1]
+        assert np.diff(outputs["time"]) == pytest.approx(float(options["StepSize"]))
+        assert (folder / f"{name}.ssv").exists() == bool(case.parameters)
+    for path in kits[name].rglob("*.ssv"):
+        assert schema.validate(etree.parse(path))
+
+
+@pytest.mark.parametrize("export", ["native", "pythonfmu"])
+@pytest.mark.parametrize("name", NAMES)
+def test_our_fmus_conform(exported, name, export):
+    lines, conforms = verdict.judge(exported[export][name])
+    assert conforms
+    assert lines[-1].startswith(f"All {COMPONENTS[name].y.size} signals conform in ")
+
+
+def wrong_controller(path, change):
+    """Build a controller whose samples are changed; change is (states, outputs) from (sample, x, u, p, w)."""
+
+    def sample(x, u, p, w):
+        return change(CONTROLLER.sample, x, u, p, w)
+
+    native_export.export(replace(CONTROLLER, sample=sample), path)
+    return path
+
+
+def flipped(sample, x, u, p, w):
+    state, outputs = sample(x, u, p, w)
+    return state, {**outputs, "disturbance": -outputs["disturbance"]}
+
+
+def regained(sample, x, u, p, w):
+    p = SimpleNamespace(**vars(copy.copy(p)))
+    p.K_P = p.K_P * np.array([1.0, 1.0, 1.001, 1.0, 1.0, 1.0])
+    return sample(x, u, p, w)
+
+
+def in_degrees(sample, x, u, p, w):
+    state, outputs = sample(x, u, p, w)
+    return state, {**outputs, "e": outputs["e"] * np.array([1.0, 1.0, 1.0, 180 / np.pi, 180 / np.pi, 180 / np.pi])}
+
+
+@pytest.mark.parametrize(
+    ("change", "signal", "told"),
+    [
+        (flipped, "disturbance.Z", r"departs in step_response at [\d.]+ s: \S+ instead of \S+; the sign is flipped"),
+        (regained, "tau.Z", r"departs in step_response at 1\.0\d s: -20\.02 instead of -20$"),
+        (in_degrees, "e.psi", r"departs in step_response at 1\.0\d s: -57\.\d+ instead of -1; it is in degrees"),
+    ],
+    ids=["sign", "gain", "unit"],
+)
+def test_a_wrong_controller_is_told_by_a_clear_line(tmp_path, change, signal, told):
+    lines, conforms = verdict.judge(wrong_controller(tmp_path / "adaptive_pd.fmu", change))
+    assert not conforms
+    said = {line.split()[0]: line.split(maxsplit=1)[1] for line in lines[:-1]}
+    assert re.match(told, said[signal])
+    assert said["eta_dot.x"] == "conforms"
+    assert re.match(r"\d+ of 40 signals depart", lines[-1])
+
+
+def test_a_step_of_extra_delay_is_told(tmp_path):
+    def late(x, u, p, w):
+        state, outputs = CONTROLLER.sample(x, u, p, w)
+        return {**state, "held": CONTROLLER.y.pack(outputs)}, vars(CONTROLLER.y.unpack(x.held))
+
+    size = CONTROLLER.y.size
+    delayed = replace(
+        CONTROLLER,
+        sample=late,
+        states=(*CONTROLLER.states, Signal("held", "Outputs of the last sample", "held[{}]", (count(size),))),
+        initial_state=lambda p: {**CONTROLLER.initial_state(p), "held": np.zeros(size)},
+    )
+    native_export.export(delayed, tmp_path / "adaptive_pd.fmu")
+    lines, conforms = verdict.judge(tmp_path / "adaptive_pd.fmu")
+    assert not conforms
+    assert any(line.startswith("tau.Z") and line.endswith("it comes a step late") for line in lines)
+
+
+def test_a_wrapped_fmu_with_other_names_is_checked_by_a_map(fmus, tmp_path):
+    content = archive.read(fmus["adaptive_pd"])
+    description = content["modelDescription.xml"].replace(b'name="eta_m.', b'name="sensor.position_')
+    path, names = tmp_path / "wrapped.fmu", tmp_path / "names.toml"
+    archive.write(path, {**content, "modelDescription.xml": description})
+    with pytest.raises(CheckError, match=r"The FMU has no variable eta_m\.x"):
+        verdict.judge(path)
+    names.write_text("".join(f'"sensor.position_{a}" = "eta_m.{a}"\n' for a in ("x", "y", "z", "phi", "theta", "psi")))
+    assert verdict.judge(path, None, names)[1]
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, ["handover", *(str(argument) for argument in arguments)])
+
+
+def test_the_commands_write_a_kit_and_check_an_fmu(fmus, tmp_path):
+    done = call("passive_arm", "--this-platform", "--output", tmp_path)
+    assert done.exit_code == 0, done.output
+    folder, zipped = map(Path, done.output.split())
+    assert (folder / "guide.html").is_file()
+    assert zipped.is_file()
+    done = call("check", folder / "passive_arm.fmu")
+    assert (done.exit_code, done.output.splitlines()[-1]) == (0, verdict.judge(fmus["passive_arm"])[0][-1])
+    done = call("check", wrong_controller(tmp_path / "wrong.fmu", flipped))
+    assert done.exit_code == 1
+    assert "the sign is flipped" in done.output
+
+
+def test_what_cannot_be_checked_ends_with_a_reason(fmus, plain_gain, tmp_path):
+    (tmp_path / "no.fmu").write_text("hello")
+    (tmp_path / "no.toml").write_text("= 3")
+    (tmp_path / "vain.toml").write_text('"eta_m.x" = "eta_m.w"')
+    for arguments, reason in (
+        ([tmp_path / "no.fmu"], "is not a readable FMU"),
+        ([plain_gain], "PlainGain is no component of this project"),
+        ([plain_gain, "--component", "rov_plant"], "The FMU has no variable u[1]"),
+        ([fmus["adaptive_pd"], "--map", tmp_path / "no.toml"], "is not TOML"),
+        ([fmus["adaptive_pd"], "--map", tmp_path / "vain.toml"], "eta_m.w, which is no variable of adaptive_pd"),
+    ):
+        done = call("check", *arguments)
+        assert done.exit_code == 1
+        assert reason in done.output
+        assert "Traceback" not in done.output
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+@pytest.mark.parametrize("name", NAMES)
+def test_the_guides_commands_for_the_c_host_reproduce_the_reference(kits, name):
+    guide = (kits[name] / "guide.md").read_text()
+    block = re.search(r"```sh\n(unzip.*?)```", guide, re.S).group(1)
+    for case in cases_of(COMPONENTS[name]):
+        commands = block.replace(f"reference/{cases_of(COMPONENTS[name])[0].name}/", f"reference/{case.name}/")
+        commands = commands.replace("unzip -q", "unzip -qo")
+        done = subprocess.run(["sh", "-ec", commands], cwd=kits[name], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert float(re.search(r"largest deviation (\S+)", done.stdout).group(1)) < 1e-9
+
+
+def test_the_guides_script_for_ecos_reproduces_the_reference(kits):
+    if find_spec("ecospy") is None:
+        pytest.skip("ecospy is not installed; it is part of the test extra on Linux")
+    guide = (kits["adaptive_pd"] / "guide.md").read_text()
+    script, run = re.search(r"python (replay_ecos\.py) (\S+)", guide).groups()
+    command = [sys.executable, script, run]
+    done = subprocess.run(command, cwd=kits["adaptive_pd"], capture_output=True, text=True, check=True)
+    assert float(re.search(r"largest deviation (\S+)", done.stdout).group(1)) < 1e-12
+
+
+def test_gains_changed_during_a_run_do_not_jump_the_estimate(native):
+    one, unchanged = native("adaptive_pd"), native("adaptive_pd")
+    estimate = [name for name in CONTROLLER.y.names if name.startswith("theta_hat")]
+    for fmu in (one, unchanged):
+        fmu.set({"eta_m_valid": True, "eta_d.x": 0.3, "eta_d.z": -0.2})
+        fmu.start()
+        for n in range(100):
+            fmu.step(n)
+    one.set({"Gamma.dB": 80.0, "Gamma.F_C.x": 0.0, "K_P.x": 200.0, "K_D.z": 10.0, "epsilon_0": 0.9, "alpha": 0.1})
+    for fmu in (one, unchanged):
+        fmu.step(100)
+    assert [one[name] for name in estimate] == [unchanged[name] for name in estimate]
+    before = one["theta_hat.dB"]
+    one.step(101)
+    assert 0 < abs(one["theta_hat.dB"] - before) < 80.0 * 0.9 * 0.4 * 0.03  # what the new gains adapt in a sample
+    tunable = {v.name for v in one.variables.values() if v.variability == "tunable"}
+    assert {"Gamma.dB", "K_P.x", "K_D.z", "epsilon_0", "alpha", "adaptation"} <= tunable
