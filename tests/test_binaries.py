@@ -14,9 +14,10 @@ from fmpy import extract, read_model_description
 from fmpy.validation import validate_fmu
 
 from fmu import Fmu
-from rig import Rig
+from rov_cosim.components.cases import Case
 from rov_cosim.exporters import archive, native_export, zig
 from rov_cosim.exporters.build import components
+from rov_cosim.handover import reference
 
 COMPONENTS = components()
 NAMES = list(COMPONENTS)
@@ -140,25 +141,21 @@ def test_the_binary_of_another_compiler_does_not_pass_for_ours(fmus, tmp_path):
     assert archive.read(path) == archive.read(fmus["passive_arm"])
 
 
-def record(path: Path) -> None:
-    """Write a record for host.c: 2000 steps of the controller in Python, fed with a moving pose and set-point."""
-    rig = Rig(COMPONENTS["adaptive_pd"], {"eta_m_valid": 1}).start()
-    inputs = [name for name in rig.component.u.names if name not in ("eta_m_valid", "disable")]
-    outputs = [name for signal in rig.component.outputs if signal.type == "Real" for name in signal.names]
-    groups = [["eta_m_valid"], inputs, outputs]
-    lines = [" ".join(str(len(group)) for group in groups)]
-    lines += [" ".join(str(rig.index[name]) for name in group) for group in groups]
-    for n in range(2000):
-        values = [0.4 * np.sin(0.01 * n * (1 + 0.1 * i)) for i, _ in enumerate(inputs)]
-        rig.set(dict(zip(inputs, values, strict=True)))
-        rig.step()
-        lines.append(" ".join(repr(float(v)) for v in [*values, *(rig.get(name) for name in outputs)]))
-    path.write_text("\n".join(lines))
+LONG = Case(
+    "long",
+    "A minute of poses and set-points that move",
+    2000,
+    lambda t: {
+        "eta_m_valid": 1.0,
+        "eta_m": 0.4 * np.sin(np.outer(t, [0.33, 0.37, 0.4, 0.43, 0.47, 0.5])),
+        "eta_d": 0.3 * np.cos(np.outer(t, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])),
+    },
+)
 
 
 def compiled_host(folder: Path, target: str, suffix: str = "") -> Path:
     host = folder / f"host{suffix}"
-    source = Path(__file__).parent / "host.c"
+    source = files("rov_cosim.handover") / "host.c"
     flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-I", HEADERS, "-o", host]
     libraries = [] if "windows" in target else ["-ldl", "-lm"]
     command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *flags, source, *libraries]
@@ -167,11 +164,15 @@ def compiled_host(folder: Path, target: str, suffix: str = "") -> Path:
 
 
 def assert_host_agrees(command, fmu, folder):
-    record(folder / "record.txt")
+    (folder / "script.txt").write_text(reference.script(reference.run(COMPONENTS["adaptive_pd"], LONG)))
     done = subprocess.run(
-        [*command, read_model_description(fmu).guid, "record.txt", "0.03"], cwd=folder, capture_output=True, text=True
+        [*command, read_model_description(fmu).guid, "script.txt"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
     )
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
     steps, deviation = re.fullmatch(r"(\d+) steps, largest deviation (\S+)\s*", done.stdout).groups()
     assert int(steps) == 2000
     assert float(deviation) < 1e-9

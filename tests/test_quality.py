@@ -29,7 +29,9 @@ def test_ruff_finds_nothing():
 def test_mypy_finds_nothing(tmp_path):
     # The folders are subpackages of rov_cosim by a mapping that mypy does not know: a link gives it the same view.
     (tmp_path / "rov_cosim").symlink_to(ROOT)
-    packages = [part for name in ("components", "exporters", "handover", "systems") for part in ("-p", f"rov_cosim.{name}")]
+    packages = [
+        part for name in ("components", "exporters", "handover", "systems") for part in ("-p", f"rov_cosim.{name}")
+    ]
     run("mypy", "--cache-dir", tmp_path / "cache", "--config-file", ROOT / "pyproject.toml", *packages, cwd=tmp_path)
 
 
