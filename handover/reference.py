@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..components.cases import Case
 from ..components.interface import SAMPLE_TIME, Component
-from ..exporters.native_export import description
+from ..exporters.model_description import describe
 from ..systems.ssp_writer import parameter_set
 from ..systems.wiring import Element
 
@@ -53,7 +53,7 @@ def write(reference: Reference, folder: Path) -> None:
     text = "".join(f"{name}, {value!r}\n" for name, value in options.items())
     (folder / f"{component.name}_ref.opt").write_text(text)
     if case.parameters:
-        element = Element(component.name, folder, description(component), case.parameters)
+        element = Element(component.name, folder, describe(component), case.parameters)
         (folder / f"{component.name}.ssv").write_bytes(parameter_set(element))
     (folder / f"{component.name}_host.txt").write_text(script(reference))
 
