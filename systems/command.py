@@ -202,6 +202,15 @@ def check(fmu: Path, component: str | None, map_: Path | None) -> None:
     sys.exit(0 if conforms else 1)
 
 
+@handover.command()
+def importers() -> None:
+    """Run the controller and a system in the tools of others, and write handover/IMPORTERS.md."""
+    session.build()
+    from ..handover.importers import write_page
+
+    click.echo(write_page())
+
+
 @main.command()
 @click.argument("system", type=click.Choice(list(SYSTEMS)), default="station_keeping")
 def benchmark(system: str) -> None:
