@@ -65,6 +65,18 @@ class Case:
         return np.array(rows)
 
 
+def varied(component: Component, *kept: str) -> dict[str, float]:
+    """Return a value other than the start value for each Real parameter, but for the signals that are kept."""
+    values: dict[str, float] = {}
+    for signal in component.parameters:
+        if signal.type == "Real" and signal.key not in kept:
+            limits = signal.elements(signal.minimum), signal.elements(signal.maximum)
+            start = signal.elements(signal.start)
+            other = np.clip(np.where(start == 0, 0.01 + 0.001 * np.arange(signal.size), 1.03 * start), *limits)
+            values |= dict(zip(signal.names, other.tolist(), strict=True))
+    return values
+
+
 def cases_of(component: Component) -> tuple[Case, ...]:
     """Return the cases in the component's folder."""
     found: tuple[Case, ...] = import_module(f"{__package__}.{component.name}.cases").CASES

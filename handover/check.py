@@ -64,10 +64,17 @@ def theirs(element: Element, component: Component, names: Mapping[str, str]) -> 
     CheckError : with a line for each variable that the FMU has not, or that the mapping names in vain.
     """
     known = [*component.u.names, *component.y.names, *component.p.names]
+    twice = {ours for ours in names.values() if list(names.values()).count(ours) > 1}
     problems = [
         f"The map names {ours}, which is no variable of {component.name}."
         for ours in names.values()
         if ours not in known
+    ]
+    problems += [f"The map has {ours} more than once." for ours in sorted(twice)]
+    problems += [
+        f"The map names {their}, which the FMU has not." + suggestion(their, element.variables)
+        for their in names
+        if their not in element.variables
     ]
     by_ours = {ours: ours for ours in known} | {ours: their for their, ours in names.items()}
     problems += [
@@ -110,7 +117,7 @@ def departures(outputs: Signals, reference: Reference) -> dict[str, Departure]:
         if wrong.size:
             n = wrong[0]
             time = float(reference.outputs["time"][n])
-            explanation = _explanation(values, expected, allowed)
+            explanation = _explanation(values, expected)
             found[signal] = Departure(reference.case.name, time, float(values[n]), float(expected[n]), explanation)
     return found
 
@@ -156,8 +163,14 @@ _EXPLANATIONS: dict[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] =
 }
 
 
-def _explanation(values: NDArray[np.float64], expected: NDArray[np.float64], allowed: float) -> str:
+def _explanation(values: NDArray[np.float64], expected: NDArray[np.float64]) -> str:
     for told, of in _EXPLANATIONS.items():
-        if np.abs(values - of(expected)).max() <= allowed * max(1.0, np.abs(values).max() / np.abs(expected).max()):
+        wrong = of(expected)
+        # What is nearly zero or nearly the same either way explains nothing.
+        if np.abs(wrong - expected).max() > LEAST and _agree(values, wrong):
             return told
     return ""
+
+
+def _agree(values: NDArray[np.float64], expected: NDArray[np.float64]) -> bool:
+    return bool((np.abs(values - expected) <= TOLERANCE * max(LEAST, np.abs(expected).max())).all())

@@ -9,6 +9,11 @@ from ..exporters.documentation import names, readme
 from ..exporters.model_description import literal
 from ..systems.z_down import Z_DOWN
 
+# Parameters that are places, directions, poses, velocities or forces; gains, masses and damping have no direction.
+_TURNED = {
+    *("r_G", "r_B", "r_C", "r_A", "thruster_r", "thruster_d", "attachment"),
+    *("eta_0", "nu_0", "theta", "theta_hat_0", "preload", "bias"),
+}
 _SAMPLED = "samples are taken at multiples of `sample_time`"
 _CONTINUOUS = "the vehicle is integrated in internal steps of at most `max_step`"
 
@@ -33,13 +38,14 @@ def guide(component: Component, cases: tuple[Case, ...]) -> str:
         cases="\n".join(f"| `{case.name}` | {case.description} |" for case in cases),
         inputs=_ports(component.inputs, with_start=True),
         outputs=_ports(component.outputs, with_start=False),
+        parameters=_ports(component.parameters, with_start=True, parameters=component.parameters),
         timing=_SAMPLED if isinstance(component, Sampled) else _CONTINUOUS,
         tunable=", ".join(tunable) or "none",
         page=page,
     )
 
 
-def _ports(signals: tuple[Signal, ...], with_start: bool) -> str:
+def _ports(signals: tuple[Signal, ...], with_start: bool, parameters: tuple[Signal, ...] = ()) -> str:
     columns = (
         ["port", "unit", "start", "z down", "what it is"] if with_start else ["port", "unit", "z down", "what it is"]
     )
@@ -49,11 +55,20 @@ def _ports(signals: tuple[Signal, ...], with_start: bool) -> str:
             "port": f"`{names(signal)}`" + ("" if signal.type == "Real" else f" ({signal.type})"),
             "unit": ", ".join(dict.fromkeys(signal.units)),
             "start": _common([literal(v, signal.type) for v in signal.elements(signal.start)]),
-            "z down": _common(["-" if Z_DOWN.get(name.rsplit(".")[-1]) else "+" for name in signal.names]),
+            "z down": _common([_sign(signal, name, signal in parameters) for name in signal.names]),
             "what it is": signal.description,
         }
         lines.append("| " + " | ".join(cells[column] for column in columns) + " |")
     return "\n".join(lines)
+
+
+def _sign(signal: Signal, name: str, is_parameter: bool) -> str:
+    """Return the sign of a variable on the way to axes that count z downwards."""
+    label = name.rsplit(".")[-1]
+    if signal.key == "I":  # the products with x, the integrals of x y and x z, change theirs
+        return "-" if label in ("xy", "xz") else "+"
+    turns = not is_parameter or signal.key in _TURNED
+    return "-" if turns and label in Z_DOWN else "+"
 
 
 def _common(values: list[str]) -> str:

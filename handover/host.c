@@ -2,8 +2,8 @@
 
    host LIBRARY GUID SCRIPT
 
-   The lines of a script: `R 3 0.5`, `I 3 7`, `B 3 1` set the variable with value reference 3; `step 0.03` takes a step, after
-   the initialization if it is the first; `= 20 1.5` expects a Real output. Exit status 0: all came as expected. */
+   The lines of a script: `R 3 0.5`, `I 3 7`, `B 3 1` set the variable with value reference 3; `start 0` initializes; `step 0.03`
+   takes a step; `= 20 1.5` and `? 20 1` expect a Real and a Boolean output; `end 200` is last. Status 0: all as expected. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -50,47 +50,47 @@ int main(int argc, char **argv) {
     void *library = argc == 4 ? LOAD(argv[1]) : NULL;
     FILE *script = argc == 4 ? fopen(argv[3], "r") : NULL;
     fmi2CallbackFunctions callbacks = {log_message, calloc, free, NULL, NULL};
-    double worst = 0, time = 0, number, value;
-    char word[16], where[64] = "";
-    int n = 0;
+    double worst = 0, time = 0, number, value = 0;
+    char word[16] = "", where[64] = "";
+    int n = 0, whole;
     if (!library || !script)
         stop("usage:", "host LIBRARY GUID SCRIPT");
     fmi2SetRealTYPE *set_real = (fmi2SetRealTYPE *)find(library, "fmi2SetReal");
     fmi2SetIntegerTYPE *set_integer = (fmi2SetIntegerTYPE *)find(library, "fmi2SetInteger");
     fmi2SetBooleanTYPE *set_boolean = (fmi2SetBooleanTYPE *)find(library, "fmi2SetBoolean");
     fmi2GetRealTYPE *get_real = (fmi2GetRealTYPE *)find(library, "fmi2GetReal");
+    fmi2GetBooleanTYPE *get_boolean = (fmi2GetBooleanTYPE *)find(library, "fmi2GetBoolean");
     fmi2DoStepTYPE *do_step = (fmi2DoStepTYPE *)find(library, "fmi2DoStep");
     fmi2InstantiateTYPE *instantiate = (fmi2InstantiateTYPE *)find(library, "fmi2Instantiate");
     fmi2Component c = instantiate("host", fmi2CoSimulation, argv[2], "", &callbacks, fmi2False, fmi2True);
     if (!c)
         stop("The FMU cannot be instantiated.", "");
-    while (fscanf(script, "%15s %lf", word, &number) == 2) {
+    while (fscanf(script, "%15s %lf", word, &number) == 2 && strcmp(word, "end")) {
         fmi2ValueReference vr = (fmi2ValueReference)number;
-        if (!strcmp(word, "step")) {
-            if (n == 0) {
-                must(((fmi2SetupExperimentTYPE *)find(library, "fmi2SetupExperiment"))(c, 0, 0, 0, 0, 0), "setup");
-                must(((fmi2EnterInitializationModeTYPE *)find(library, "fmi2EnterInitializationMode"))(c), "enter");
-                must(((fmi2ExitInitializationModeTYPE *)find(library, "fmi2ExitInitializationMode"))(c), "exit");
-            }
+        if (!strcmp(word, "start")) {
+            must(((fmi2SetupExperimentTYPE *)find(library, "fmi2SetupExperiment"))(c, 0, 0, number, 0, 0), "setup");
+            must(((fmi2EnterInitializationModeTYPE *)find(library, "fmi2EnterInitializationMode"))(c), "enter");
+            must(((fmi2ExitInitializationModeTYPE *)find(library, "fmi2ExitInitializationMode"))(c), "exit");
+        } else if (!strcmp(word, "step")) {
             must(do_step(c, n * number, number, fmi2True), "fmi2DoStep");
             time = ++n * number;
-            continue;
-        }
-        if (fscanf(script, "%lf", &value) != 1)
+        } else if (fscanf(script, "%lf", &value) != 1)
             stop("The script ends early.", "");
-        int whole = (int)value;
+        whole = (int)value;
         if (*word == 'R')
             must(set_real(c, &vr, 1, &value), "fmi2SetReal");
         else if (*word == 'I' || *word == 'B')
             must((*word == 'I' ? set_integer : set_boolean)(c, &vr, 1, &whole), "fmi2SetInteger or fmi2SetBoolean");
-        else {
-            must(get_real(c, &vr, 1, &number), "fmi2GetReal");
-            double deviation = fabs(number - value) / fmax(1, fabs(value));
+        else if (*word == '=' || *word == '?') {
+            must(*word == '=' ? get_real(c, &vr, 1, &number) : get_boolean(c, &vr, 1, &whole), "fmi2GetReal or Boolean");
+            double deviation = fabs((*word == '=' ? number : whole) - value) / fmax(1, fabs(value));
             if (!where[0] && !(deviation <= TOLERANCE))
                 snprintf(where, sizeof where, "; first: value reference %u at %g s", vr, time);
             worst = deviation <= worst ? worst : deviation;
         }
     }
+    if (strcmp(word, "end") || (int)number != n || n == 0)
+        stop("The script is cut:", argv[3]);
     ((fmi2FreeInstanceTYPE *)find(library, "fmi2FreeInstance"))(c);
     printf("%d steps, largest deviation %g%s\n", n, worst, where);
     return where[0] != 0;

@@ -173,7 +173,7 @@ def table() -> str:
     Raises
     ------
     BuildError : the FMUs cannot be built.
-    ImporterError : a tool that is installed fails.
+    ImporterError : a tool that is installed fails, or departs by more than its tolerance.
     """
     session.build(SYSTEMS[SYSTEM])
     fmu, archive = fmu_path(session.project_root(), CONTROLLER), session.ssp_path(SYSTEMS[SYSTEM])
@@ -189,6 +189,8 @@ def table() -> str:
             cells = ["not installed", "", "", "", "`pip install 'rov-cosim[importers]'`"]
         else:
             found = [measure(name, "controller", fmu), measure(name, "loop", archive)]
+            if not max(found) <= importer.tolerance:
+                raise ImporterError(f"{importer.title} departs by {max(found):g}, more than {importer.tolerance:g}.")
             cells = [
                 told,
                 *(f"{value:.1e}" if value else "0" for value in found),

@@ -54,9 +54,10 @@ def entries(component: Component, platforms: Iterable[str]) -> dict[str, bytes]:
     content["guide.html"] = documentation.html(component.title, text).encode()
     content["wiring.svg"] = wiring_diagram(component).encode()
     content["host.c"] = (files(__package__) / "host.c").read_bytes()
-    booleans = [n for s in component.inputs + component.outputs if s.type == "Boolean" for n in s.names]
+    signals = component.inputs + component.outputs + component.parameters
+    types = {name: signal.type for signal in signals if signal.type != "Real" for name in signal.names}
     script = (files(__package__) / "replay_ecos.py.in").read_text()
-    content["replay_ecos.py"] = script.format(name=component.name, first=cases[0].name, booleans=booleans).encode()
+    content["replay_ecos.py"] = script.format(name=component.name, first=cases[0].name, types=types).encode()
     for name, header in native_export.standard_headers().items():
         content[f"headers/{name}"] = header
     (licence,) = (file for file in distribution("rov-cosim").files or () if file.name == "LICENSE")

@@ -1,5 +1,6 @@
 """Reference runs: made by the Python side, written in the form of the FMI cross-check, and as scripts for host.c."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -64,13 +65,18 @@ def script(reference: Reference) -> str:
     groups = (component.inputs, component.outputs, component.parameters)
     kinds = {name: signal.type[0] for group in groups for signal in group for name in signal.names}
     places = {name: i for i, name in enumerate(kinds)}
+    letters = {"R": "=", "B": "?"}
+
+    def setting(row: Any, names: Iterable[str]) -> list[str]:
+        return [f"{kinds[name]} {places[name]} {float(row[name])!r}" for name in names]
+
+    def expecting(row: Any) -> list[str]:
+        return [f"{letters[kinds[name]]} {places[name]} {float(row[name])!r}" for name in component.y.names]
+
     lines = [f"{kinds[name]} {places[name]} {value!r}" for name, value in parameters.items()]
-    real = [name for name in component.y.names if kinds[name] == "R"]
-    before = None
-    for now, after in zip(reference.inputs, reference.outputs[1:], strict=False):
-        changed = [name for name in component.u.names if before is None or now[name] != before[name]]
-        lines += [f"{kinds[name]} {places[name]} {float(now[name])!r}" for name in changed]
-        lines.append(f"step {SAMPLE_TIME!r}")
-        lines += [f"= {places[name]} {float(after[name])!r}" for name in real]
-        before = now
-    return "\n".join([*lines, ""])
+    lines += [*setting(reference.inputs[0], component.u.names), "start 0", *expecting(reference.outputs[0])]
+    for n in range(reference.case.steps):
+        now, before = reference.inputs[n], reference.inputs[max(n - 1, 0)]
+        lines += setting(now, [name for name in component.u.names if now[name] != before[name]])
+        lines += [f"step {SAMPLE_TIME!r}", *expecting(reference.outputs[n + 1])]
+    return "\n".join([*lines, f"end {reference.case.steps}", ""])

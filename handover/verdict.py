@@ -8,7 +8,8 @@ from pathlib import Path
 from ..components.cases import cases_of
 from ..components.interface import Component
 from ..exporters.build import components
-from ..systems.wiring import Element, suggestion
+from ..exporters.model_description import describe
+from ..systems.wiring import Element, parse, suggestion
 from . import reference
 from .check import CheckError, Departure, departures, opened, replay, theirs
 
@@ -32,15 +33,33 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
         component = _component(element, name)
         by_ours = theirs(element, component, names)
         first: dict[str, Departure] = {}
+        others = _declared_otherwise(element, component, by_ours)
         for case in cases_of(component):
             run = reference.run(component, case)
-            first = departures(replay(element, run, by_ours), run) | first
+            try:
+                first = departures(replay(element, run, by_ours), run) | first
+            except CheckError as error:  # the other runs have their say all the same
+                others.append(f"The run {error}")
     width = max(map(len, component.y.names))
     lines = [f"{signal:{width}}  {first.get(signal, 'conforms')}" for signal in component.y.names]
     runs = f"{len(cases_of(component))} reference runs of {component.name}"
-    if first:
-        return [*lines, f"{len(first)} of {len(lines)} signals depart in {runs}."], False
-    return [*lines, f"All {len(lines)} signals conform in {runs}."], True
+    if not first and not others:
+        return [*lines, f"All {len(lines)} signals conform in {runs}."], True
+    return [*lines, *others, f"{len(first)} of {len(lines)} signals depart in {runs}."], False
+
+
+def _declared_otherwise(element: Element, component: Component, by_ours: Mapping[str, str]) -> list[str]:
+    """Return a sentence for each unit or start value that the FMU declares and that is not the component's."""
+    found = []
+    for ours in describe(component).modelVariables:
+        their = element.variables.get(by_ours[ours.name])
+        if their is None:
+            found.append(f"The FMU has no variable {by_ours[ours.name]}.")
+        elif their.unit and ours.unit and their.unit != ours.unit:
+            found.append(f"{their.name} is declared in {their.unit}; expected {ours.unit}.")
+        elif their.start and ours.start and parse(str(their.start), ours.type) != parse(str(ours.start), ours.type):
+            found.append(f"{their.name} starts at {their.start}; expected {ours.start}.")
+    return found
 
 
 def _names(path: Path) -> Mapping[str, str]:

@@ -14,15 +14,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from fmpy import read_model_description
+from fmpy.ssp.ssd import read_ssv
 from fmpy.util import read_csv
 from lxml import etree
 
 from rov_cosim.components.cases import cases_of
 from rov_cosim.components.interface import Signal, count
-from rov_cosim.exporters import archive, native_export
+from rov_cosim.exporters import archive, native_export, zig
 from rov_cosim.exporters.build import components
 from rov_cosim.handover import kit, verdict
 from rov_cosim.handover.check import CheckError
+from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.command import main
 
 COMPONENTS = components()
@@ -34,7 +37,7 @@ CONTROLLER = COMPONENTS["adaptive_pd"]
 def kits(tmp_path_factory) -> dict[str, Path]:
     """Return the kits' folders by component, with binaries for this machine."""
     folder = tmp_path_factory.mktemp("kits")
-    return {name: kit.write(component, folder, ["linux64"])[0] for name, component in COMPONENTS.items()}
+    return {name: kit.write(component, folder, [zig.host_platform()])[0] for name, component in COMPONENTS.items()}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -198,14 +201,135 @@ def test_the_guides_commands_for_the_c_host_reproduce_the_reference(kits, name):
         assert float(re.search(r"largest deviation (\S+)", done.stdout).group(1)) < 1e-9
 
 
-def test_the_guides_script_for_ecos_reproduces_the_reference(kits):
+@pytest.mark.parametrize("name", NAMES)
+def test_the_guides_script_for_ecos_reproduces_the_reference(kits, name):
     if find_spec("ecospy") is None:
         pytest.skip("ecospy is not installed; it is part of the test extra on Linux")
-    guide = (kits["adaptive_pd"] / "guide.md").read_text()
-    script, run = re.search(r"python (replay_ecos\.py) (\S+)", guide).groups()
-    command = [sys.executable, script, run]
-    done = subprocess.run(command, cwd=kits["adaptive_pd"], capture_output=True, text=True, check=True)
-    assert float(re.search(r"largest deviation (\S+)", done.stdout).group(1)) < 1e-12
+    guide = (kits[name] / "guide.md").read_text()
+    script, first = re.search(r"python (replay_ecos\.py) (\S+)", guide).groups()
+    for run in (first, "reference/every_parameter"):
+        command = [sys.executable, script, run]
+        done = subprocess.run(command, cwd=kits[name], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert float(re.search(r"largest deviation (\S+)", done.stdout).group(1)) < 1e-9
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_guides_command_for_fmpy_reproduces_the_reference(kits, name, tmp_path):
+    command = re.search(r"```sh\nfmpy (.*)\n```", (kits[name] / "guide.md").read_text()).group(1)
+    fmpy = [sys.executable, "-m", "fmpy", *command.replace("out.csv", str(tmp_path / "out.csv")).split()]
+    subprocess.run(fmpy, cwd=kits[name], check=True)
+    theirs = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True, deletechars="", dtype=None, encoding=None)
+    ours = read_csv(kits[name] / "reference" / cases_of(COMPONENTS[name])[0].name / f"{name}_ref.csv")
+    assert len(theirs) == len(ours)
+    for signal in ours.dtype.names:
+        assert theirs[signal].astype(float) == pytest.approx(ours[signal], abs=1e-9), signal
+
+
+def test_every_input_and_parameter_shows_in_some_reference_run():
+    # thruster_d cannot change alone, the depth of a vertical thruster has no lever, and steps of 10 ms leave no error.
+    idle = {"sample_time", "thruster_d", "max_step"}
+    for name, component in COMPONENTS.items():
+        for signal in component.inputs:
+            seen = np.concatenate([case.input_values(component) for case in cases_of(component)])
+            columns = [component.u.names.index(scalar) for scalar in signal.names]
+            assert (np.ptp(seen[:, columns], axis=0) > 0).all(), (name, signal.key)
+        changed = {scalar for case in cases_of(component) for scalar in case.parameters}
+        for signal in component.parameters:
+            if signal.type == "Real" and signal.key not in idle:
+                assert set(signal.names) <= changed, (name, signal.key)
+
+
+def test_a_flipped_input_that_few_runs_use_departs(tmp_path):
+    def flipped_rates(sample, x, u, p, w):
+        u = SimpleNamespace(**vars(u))
+        u.nu_m = u.nu_m * np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0])
+        return sample(x, u, p, w)
+
+    assert not verdict.judge(wrong_controller(tmp_path / "adaptive_pd.fmu", flipped_rates))[1]
+
+
+def test_units_and_start_values_that_are_declared_otherwise_are_told(fmus, tmp_path):
+    content = archive.read(fmus["adaptive_pd"])
+    other = (
+        content["modelDescription.xml"].replace(b'start="80.0"', b'start="8.0"', 1).replace(b'unit="N"', b'unit="kg"')
+    )
+    archive.write(tmp_path / "other.fmu", {**content, "modelDescription.xml": other})
+    lines, conforms = verdict.judge(tmp_path / "other.fmu")
+    assert not conforms
+    assert "K_P.x starts at 8.0; expected 80.0." in lines
+    assert "u[1] is declared in kg; expected N." in lines
+
+
+def test_a_run_that_fails_leaves_the_verdict_of_the_others(fmus, tmp_path):
+    content = archive.read(fmus["adaptive_pd"])
+    other = content["modelDescription.xml"].replace(b'name="thrust_max"', b'name="limit"')
+    archive.write(tmp_path / "other.fmu", {**content, "modelDescription.xml": other})
+    lines, conforms = verdict.judge(tmp_path / "other.fmu")
+    assert not conforms
+    assert "The run saturation: the FMU has no variable thrust_max, which this run sets." in lines
+    assert "tau.X".ljust(15) + "  conforms" in lines
+
+
+def test_what_is_zero_or_a_switch_gets_no_false_explanation(tmp_path):
+    def offset(sample, x, u, p, w):
+        state, outputs = sample(x, u, p, w)
+        return state, {**outputs, "e": outputs["e"] + 0.5, "saturated": 1.0 - outputs["saturated"]}
+
+    lines, _ = verdict.judge(wrong_controller(tmp_path / "adaptive_pd.fmu", offset))
+    departed = [line for line in lines if "departs" in line]
+    assert len(departed) == 7
+    assert not [line for line in departed if ";" in line]
+
+
+def test_the_host_does_not_take_a_cut_script_for_a_run(kits, tmp_path):
+    if shutil.which("cc") is None:
+        pytest.skip("there is no C compiler")
+    folder = kits["passive_arm"]
+    subprocess.run(
+        ["cc", "-std=c99", "-Iheaders", "host.c", "-o", tmp_path / "host", "-ldl", "-lm"], cwd=folder, check=True
+    )
+    subprocess.run(["unzip", "-qo", "passive_arm.fmu", "-d", tmp_path / "fmu"], cwd=folder, check=True)
+    guid = read_model_description(str(folder / "passive_arm.fmu")).guid
+    library = tmp_path / "fmu" / "binaries" / zig.host_platform() / f"passive_arm{zig.SUFFIXES[zig.host_platform()]}"
+    whole = (folder / "reference" / "noise" / "passive_arm_host.txt").read_text()
+    wrong = whole.replace("= 6 ", "= 6 1", 1)
+    for text, status in ((whole, 0), (whole[: len(whole) // 2], 1), ("", 1), (wrong, 1)):
+        (tmp_path / "script.txt").write_text(text)
+        done = subprocess.run(
+            [tmp_path / "host", library, guid, tmp_path / "script.txt"], capture_output=True, check=False
+        )
+        assert done.returncode == status, (status, done.stdout, done.stderr)
+
+
+ROWS = """
+| `eta_m.x/y/z/phi/theta/psi` | m, rad | 0.0 | + - - + - - |
+| `theta_hat.dB/F_C.x/F_C.y/F_C.z/F_A.x/F_A.y/F_A.z` | N | + + - - + - - |
+| `K_P.x/y/z/phi/theta/psi` | N/m, N.m/rad | 80.0 80.0 100.0 30.0 30.0 30.0 | + |
+| `nu.u/v/w/p/q/r` | m/s, rad/s | + - - + - - |
+| `I.xx/yy/zz/xy/xz/yz` | kg.m2 | 3.7 6.3 5.9 0.0 0.0 0.0 | + + + - - + |
+| `dB/F_C.x/F_C.y/F_C.z/F_A.x/F_A.y/F_A.z` | N | 0.0 | + + - - + - - |
+| `q[1..6]` | rad | + |
+| `preload.x/y/z` | N | 0.0 | + - - |
+| `attachment.x/y/z/phi/theta/psi` | m, rad | 0.7 0.5 0.4 0.0 0.0 0.0 | + - - + - - |
+"""
+
+
+def test_the_guides_tell_the_sign_of_every_port_and_parameter(kits):
+    guides = "".join((kit / "guide.md").read_text() for kit in kits.values())
+    for row in ROWS.strip().splitlines():
+        assert row in guides, row
+
+
+def test_the_kits_parameter_sets_are_those_of_the_systems(kits):
+    values = {
+        p.name: p.value for p in read_ssv(str(kits["adaptive_pd"] / "parameters" / "paper_simulation.ssv")).parameters
+    }
+    expected = SYSTEMS["paper_simulation"].parameters["adaptive_pd"]
+    assert {name: float(values[name]) for name in expected if isinstance(expected[name], float)} == {
+        name: value for name, value in expected.items() if isinstance(value, float)
+    }
+    assert set(values) == set(CONTROLLER.p.names)
 
 
 def test_gains_changed_during_a_run_do_not_jump_the_estimate(native):

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from rov_cosim.components.frames import rotation
 from rov_cosim.components.vehicle import THETA
 from rov_cosim.exporters import archive
+from rov_cosim.handover.importers import IMPORTERS, measure
 from rov_cosim.systems import ssp_reader, ssp_writer
 from rov_cosim.systems.declaration import System, wire
 from rov_cosim.systems.master import simulate
@@ -72,6 +73,15 @@ def test_the_controller_holds_a_plant_that_counts_z_downwards(ned_fmus, tmp_path
     body = rotation(np.array([0.0, 0.0, SET_POINT["psi"]])).T @ up
     estimated = [results[f"adaptive_pd.disturbance.{axis}"][-1] for axis in "XYZ"]
     assert estimated == pytest.approx(body, abs=0.05)
+
+
+@pytest.mark.parametrize("tool", ["ecos", "libcosim"])
+def test_other_tools_apply_the_signs(ned_fmus, tmp_path, tool):
+    if IMPORTERS[tool].version() is None:
+        pytest.skip(f"{tool} is not installed; it is part of the extra importers")
+    path = tmp_path / "ned.ssp"
+    ssp_writer.write(wire(system(Z_DOWN), ned_fmus), path)
+    assert measure(tool, "loop", path, 6.0) <= IMPORTERS[tool].tolerance
 
 
 def test_without_the_signs_the_plant_runs_away(ned_fmus, tmp_path):

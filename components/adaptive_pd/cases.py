@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from ..cases import Case
+from ..cases import Case, varied
 from ..noise import standard_normal
+from .interface import COMPONENT
 
 
 def _pose(t: Any, **axes: Any) -> Any:
@@ -17,6 +18,11 @@ def _pose(t: Any, **axes: Any) -> Any:
 
 def _swaying(t: Any) -> Any:
     return _pose(t, x=0.1 * np.sin(t), y=0.2 * np.cos(0.7 * t), z=0.05 * np.sin(2 * t), psi=0.3 * np.sin(0.5 * t))
+
+
+def _turning(t: Any) -> Any:
+    """Return poses that move in all six axes."""
+    return 0.2 * np.sin(np.outer(t, [0.9, 0.8, 0.7, 1.1, 1.2, 0.6]) + np.arange(6))
 
 
 def _noisy(t: Any) -> Any:
@@ -85,9 +91,21 @@ CASES = (
     ),
     Case(
         "measured_velocity",
-        "The velocity is measured, and the PD controller does without adaptation",
+        "The velocity is measured in all six axes, and the PD controller does without adaptation",
         200,
-        lambda t: {"eta_m_valid": 1.0, "eta_m": _swaying(t), "nu_m": 0.1 * _swaying(t + 1.0)},
-        {"use_measured_velocity": 1, "adaptation": 0},
+        lambda t: {
+            "eta_m_valid": 1.0,
+            "eta_m": _turning(t),
+            "nu_m": 0.1 * _turning(t + 1.0),
+            "eta_d": _turning(0.5 * t),
+        },
+        {"use_measured_velocity": 1, "adaptation": 0, "control_roll_pitch": 1},
+    ),
+    Case(
+        "every_parameter",
+        "No Real parameter at its start value but the sample time and the thrusters' directions",
+        300,
+        lambda t: {"eta_m_valid": 1.0, "eta_m": _turning(t), "eta_d": _turning(0.5 * t)},
+        {**varied(COMPONENT, "sample_time", "thruster_d"), "control_roll_pitch": 1, "thrust_max": 40.0},
     ),
 )

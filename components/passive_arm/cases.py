@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ..cases import Case
+from ..cases import Case, varied
+from .interface import COMPONENT
 
 _NEAR = np.array([0.0, 0.3, 0.1, 0.0, 0.0, 0.2])
 _IDEAL = {"encoder_counts": 0, "noise_std": 0.0}
@@ -16,9 +17,9 @@ def _moving(t: Any) -> Any:
 
 
 CASES = (
+    Case("noise", "Encoders and 5 mm of white noise, as by default", 300, lambda t: {"eta": _moving(t)}),
     Case("ideal", "Ideal encoders and no noise: the pose comes back", 300, lambda t: {"eta": _moving(t)}, _IDEAL),
     Case("encoders", "Encoders of 4096 counts", 300, lambda t: {"eta": _moving(t)}, {"noise_std": 0.0}),
-    Case("noise", "Encoders and 5 mm of white noise, as by default", 300, lambda t: {"eta": _moving(t)}),
     Case(
         "coloured_noise",
         "Noise of position and angle with a memory, another seed, and a bias",
@@ -38,5 +39,12 @@ CASES = (
         200,
         lambda t: {"eta": _moving(t)},
         {"stiffness": 5.0, "preload.z": 2.0, **_IDEAL},
+    ),
+    Case(
+        "every_parameter",
+        "No Real parameter at its start value but the sample time",
+        300,
+        lambda t: {"eta": _moving(t)},
+        {**varied(COMPONENT, "sample_time"), "encoder_counts": 2048, "seed": 3},
     ),
 )

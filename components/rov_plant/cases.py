@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ..cases import Case
+from ..cases import Case, varied
+from .interface import COMPONENT
 
 _FORWARD = np.array([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
 _UP = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0])
@@ -29,7 +30,7 @@ CASES = (
         "forces",
         "Buoyancy, umbilical, arm and a current",
         300,
-        lambda t: {"F_arm": np.outer(np.sin(t), [2.0, 0.0, 1.0]), "current": [0.1, -0.05, 0.0]},
+        lambda t: {"F_arm": np.outer(np.sin(t), [2.0, -1.5, 1.0]), "current": [0.1, -0.05, 0.03]},
         {"dB": 10.0, "F_C.y": -5.0, "F_A.x": 3.0},
     ),
     Case(
@@ -38,5 +39,15 @@ CASES = (
         300,
         lambda t: {"u": 2.0 * _mixed(t)},
         {"thruster_time_constant": 0.3, "thrust_max": 6.0, "thruster[2].enabled": 0},
+    ),
+    Case(
+        "every_parameter",
+        "No Real parameter at its start value but the thrusters' directions; free in roll and pitch",
+        300,
+        lambda t: {
+            "u": 4.0 * np.sin(np.outer(t, 0.3 + 0.1 * np.arange(8))),
+            "F_arm": np.outer(np.sin(t), [2.0, -1.5, 1.0]),
+        },
+        {**varied(COMPONENT, "thruster_d"), "lock_roll_pitch": 0, "thrust_max": 3.0},
     ),
 )
