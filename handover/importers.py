@@ -117,8 +117,7 @@ IMPORTERS = {
         programs.host_controller,
         programs.host_loop,
         1e-12,
-        "drives one FMU, so the loop is each FMU with the inputs of our run;"
-        " Reals only, above 1 the difference is relative",
+        "drives one FMU, so the loop is each FMU with the inputs of our run; above 1 the difference is relative",
     ),
 }
 
