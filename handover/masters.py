@@ -165,7 +165,7 @@ def sofirpy_controller(fmu: Path, reference: Reference, folder: Path) -> float:
             return rows[self.row][output_name]
 
         def set_parameter(self, input_name: str, input_value: Any) -> None:
-            raise NotImplementedError
+            raise AssertionError("the player has no inputs")
 
     outputs = [("it", name) for name in component.y.names]
     pairs = [(("player", name), ("it", name)) for name in component.u.names]
