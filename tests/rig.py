@@ -10,7 +10,10 @@ from rov_cosim.components.interface import Component, Layout
 
 RELAXED: dict[str, dict[str, float]] = {
     "rov_plant": {"lock_roll_pitch": False, "thrust_max": 30.0, "thruster_time_constant": 0.2, "r_G.x": 0.01},
-    "passive_arm": {"noise_std_angle": 0.01, "noise_correlation_time": 0.5, "stiffness": 3.0, "preload.z": 1.0},
+    "passive_arm": {
+        **{"noise_std_angle": 0.01, "noise_correlation_time": 0.5, "stiffness": 3.0, "preload.z": 1.0},
+        **{"delay": 2, "dropout": 0.1},
+    },
     "adaptive_pd": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
 }
 """Settings that put every term of the equations to work."""
@@ -93,5 +96,5 @@ def random_inputs(component, random):
             if signal.type == "Boolean":
                 values[name] = usual if random.random() > 0.05 else not usual
             else:
-                values[name] = random.normal(scale=3.0 if signal.key in ("u", "F_arm") else 0.2)
+                values[name] = random.normal(scale=3.0 if signal.unit == "N" else 0.2)
     return values

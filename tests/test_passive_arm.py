@@ -201,3 +201,48 @@ def test_the_pull_is_preload_and_spring_towards_the_attachment():
     rig.step()
     shoulder = eta[:3] + Rotation.from_euler("ZYX", eta[:2:-1]).apply([0.4, 0, 0])
     assert rig.get("F_arm") == pytest.approx([0, 0, 3.0] + 4.0 * (np.array([0.7, 0.5, 0.4]) - shoulder))
+
+
+def moved(values: dict[str, float], n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return eta_m.x and eta_m_valid of n samples of a vehicle whose x is the number of the sample in mm."""
+    rig = Rig(ARM, {**IDEAL, **values}).start()
+    x, valid = [], []
+    for k in range(n):
+        rig.set({"eta.x": 1e-3 * k})
+        rig.step()
+        x.append(1e3 * rig.get("eta_m.x"))
+        valid.append(rig.get("eta_m_valid"))
+    return np.array(x), np.array(valid)
+
+
+@pytest.mark.parametrize("delay", [0, 1, 7, 10])
+def test_a_measurement_comes_so_many_samples_late(delay):
+    x, valid = moved({"delay": delay}, 30)
+    assert np.array_equal(valid, np.arange(30) >= delay)
+    assert x[delay:] == pytest.approx(np.arange(30 - delay), abs=1e-9)
+    assert np.array_equal(x[:delay], np.zeros(delay))
+
+
+def test_lost_samples_hold_the_last_measurement_and_are_the_declared_share():
+    n, share = 2000, 0.3
+    x, valid = moved({"dropout": share, "L[1]": 2.0, "L[2]": 2.0}, n)
+    assert 1 - valid.mean() == pytest.approx(share, abs=5 * np.sqrt(share * (1 - share) / n))
+    last = np.maximum.accumulate(np.where(valid, np.arange(n), 0))
+    assert x == pytest.approx(last, abs=1e-6)
+    runs = np.diff(np.flatnonzero(np.diff(valid) != 0))
+    assert runs.max() > 3  # not in a regular pattern
+    assert moved({"dropout": 1.0}, 20)[1].max() == 0
+
+
+def test_a_lost_sample_is_no_loss_of_the_arm():
+    rig = Rig(ARM, {"dropout": 1.0, "preload.x": 2.0}).start()
+    rig.step()
+    assert rig.get("attached") == 1
+    assert rig.get("F_arm.x") == 2.0
+    assert rig.warnings == []
+
+
+def test_losing_samples_does_not_change_the_noise_of_the_others():
+    whole, lossy = measure({}, 50), measure({"dropout": 0.5}, 50)
+    kept = (whole == lossy).all(axis=1)
+    assert 10 < kept.sum() < 40

@@ -78,6 +78,7 @@ def test_a_turning_vehicle_feels_the_current_of_an_inertial_observer():
         ({"F_C.x": 5.0, "F_C.y": -7.0, "F_C.z": 3.0}, [5.0, -7.0, 3.0], "r_C"),
         ({"F_A.x": 5.0, "F_A.y": -7.0, "F_A.z": 3.0}, [5.0, -7.0, 3.0], "r_A"),
         ({"F_arm.x": 5.0, "F_arm.y": -7.0, "F_arm.z": 3.0}, [5.0, -7.0, 3.0], "r_A"),
+        ({"F_umbilical.x": 5.0, "F_umbilical.y": -7.0, "F_umbilical.z": 3.0}, [5.0, -7.0, 3.0], "r_C"),
     ],
 )
 def test_each_force_accelerates_the_vehicle_at_its_point_in_the_earth_frame(values, force, point):
@@ -167,3 +168,34 @@ def test_a_pitch_of_half_pi_fails_the_step_and_keeps_the_state():
         rig.step()
     assert rig.instance.save() == before
     rig.step(0.001)  # short of the singularity it goes on
+
+
+def test_the_disturbance_is_what_thrusters_balance_to_hold_the_vehicle_still():
+    attitude = [0.1, -0.2, 0.8]
+    pose = dict(zip(("eta_0.phi", "eta_0.theta", "eta_0.psi"), attitude, strict=True))
+    values = {**FREE, **pose, "dB": 9.0, "F_C.x": 3.0, "F_A.z": -4.0, "r_B.z": 0.0, "D_linear.v": 20.0}
+    rig = Rig(PLANT, values)
+    rig.put("F_arm", [1.0, 2.0, -1.0])
+    rig.put("F_umbilical", [-2.0, 1.0, 0.5])
+    rig.put("current", [0.3, -0.2, 0.1])
+    rig.start()
+    B = equations.thruster_wrenches(rig.parameters())
+    rig.put("u", -np.linalg.pinv(B) @ rig.get("disturbance"))
+    before = rig.get("eta")
+    rig.step(1e-6)  # the thrusters follow from here on
+    rig.run(0.3)
+    assert np.abs(rig.get("disturbance")[:3]).min() > 1.0
+    assert rig.get("eta") == pytest.approx(before, abs=1e-9)
+
+
+def test_without_current_the_disturbance_is_the_sum_of_the_forces():
+    rig = Rig(PLANT, {"dB": 9.0, "F_C.x": 3.0, "F_A.x": 2.0, "eta_0.psi": np.pi / 2}).start()
+    # Headed to port: earth x is starboard. The umbilical pulls 0.275 m above the origin, the arm 0.4 m ahead of it.
+    assert rig.get("disturbance") == pytest.approx([0, -5, 9, 0.275 * 3, 0, -0.4 * 2])
+
+
+def test_a_command_within_the_dead_band_gives_no_force():
+    rig = Rig(PLANT, {"thruster_dead_band": 2.0}).start()
+    rig.put("u", [0, 0, 0, 0, 1.99, -1.99, 2.0, -5.0])
+    rig.step()
+    assert rig.get("tau")[2] == pytest.approx(2.0 - 5.0)

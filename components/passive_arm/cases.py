@@ -41,6 +41,13 @@ CASES = (
         {"stiffness": 5.0, "preload.z": 2.0, **_IDEAL},
     ),
     Case(
+        "late_and_lost",
+        "Measurements that come four samples late, three in ten of them lost",
+        300,
+        lambda t: {"eta": _moving(t)},
+        {"delay": 4, "dropout": 0.3},
+    ),
+    Case(
         "every_parameter",
         "No Real parameter at its start value but the sample time",
         300,

@@ -15,6 +15,9 @@ from ..frames import euler_angles, is_regular, rotation, wrap
 FOLDED = 0.05
 """Least reach as a share of L_1 + L_2: closer than this the links would fold into each other."""
 
+LONGEST_DELAY = 10
+"""Most samples by which a measurement can be late."""
+
 
 def forward_kinematics(q: Any, L: Any) -> tuple[Any, Any]:
     """Return the wrist position, shape (3,), in m and the end effector's rotation, shape (3, 3), in shoulder axes."""
@@ -70,10 +73,15 @@ def next_noise(noise: Any, started: Any, w: Any, p: SimpleNamespace) -> Any:
     return memory * noise + np.sqrt(1 - memory**2) * deviation * w
 
 
+def delayed(history: Any, delay: Any) -> Any:
+    """Return row `delay` of the history, shape (LONGEST_DELAY + 1, n), whose first row is the latest."""
+    return np.where(np.abs(np.arange(LONGEST_DELAY + 1) - delay) < 0.5, 1.0, 0.0) @ history
+
+
 def sample(
     x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace, w: Any
 ) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
-    """Return state and outputs after measuring the true pose u.eta with the standard normal draws w, shape (6,)."""
+    """Return state and outputs after measuring the true pose u.eta with the standard normal draws w, shape (8,)."""
     position, R = end_effector_from(u.eta, p)
     reach = np.sqrt(np.sum(position**2))
     longest = p.L[0] + p.L[1]
@@ -82,15 +90,20 @@ def sample(
     attached = np.logical_and(in_reach, is_regular(u.eta))
 
     q = np.where(attached, quantised(inverse_kinematics(position, R, p.L), p.encoder_counts), x.q)
-    noise = next_noise(x.noise, x.started, w, p)
+    noise = next_noise(x.noise, x.started, w[0:6], p)
     pose = pose_from(q, p) + noise + np.concatenate([p.bias, np.zeros(3)])
-    eta_m = np.where(attached, np.concatenate([pose[0:3], wrap(pose[3:6])]), x.eta_m)
+    # By Box and Muller's transform the exponential of two normal draws is uniform in (0, 1).
+    arrives = np.logical_and(attached, np.exp(-(w[6] ** 2 + w[7] ** 2) / 2) >= p.dropout)
+    latest = np.where(arrives, np.concatenate([pose[0:3], wrap(pose[3:6])]), x.eta_m[0])
+    eta_m = np.concatenate([np.reshape(latest, (1, 6)), x.eta_m])
+    valid = np.concatenate([np.reshape(np.where(arrives, 1.0, 0.0), (1,)), x.valid])
     pull = p.preload + p.stiffness * (rotation(u.eta[3:6]) @ position)
 
-    state = {"eta_m": eta_m, "q": q, "noise": noise, "started": 1.0}
+    state = {"eta_m": eta_m[:-1], "valid": valid[:-1], "q": q, "noise": noise, "started": 1.0}
     outputs = {
-        "eta_m": eta_m,
-        "eta_m_valid": attached,
+        "eta_m": delayed(eta_m, p.delay),
+        "eta_m_valid": delayed(valid, p.delay),
+        "attached": attached,
         "q": q,
         "reach": reach,
         "F_arm": np.where(attached, pull, 0.0),
@@ -100,7 +113,13 @@ def sample(
 
 def initial_state(p: SimpleNamespace) -> Mapping[str, Any]:
     """Return the state before the first sample: nothing measured yet."""
-    return {"eta_m": np.zeros(6), "q": np.zeros(6), "noise": np.zeros(6), "started": 0.0}
+    return {
+        "eta_m": np.zeros((LONGEST_DELAY, 6)),
+        "valid": np.zeros(LONGEST_DELAY),
+        "q": np.zeros(6),
+        "noise": np.zeros(6),
+        "started": 0.0,
+    }
 
 
 def _forearm(q: Any) -> Any:

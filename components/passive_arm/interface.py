@@ -1,11 +1,13 @@
 """Interface of the passive arm; link lengths, encoders and error after Hoang & Kreuzer 2007, section 4.2."""
 
-from ..interface import POSE, POSE_UNITS, SAMPLE_TIME, XYZ, Notice, Sampled, Signal, indexed, switch, vector
+from ..interface import POSE, POSE_UNITS, SAMPLE_TIME, XYZ, Notice, Sampled, Signal, count, indexed, switch, vector
 from ..vehicle import R_A
 from . import equations
 
 _REACH = ("eta", "r_A", "attachment")
 _ATTACHED = (*_REACH, "L")
+_PAST = count(equations.LONGEST_DELAY)
+_MEASURED = (*_ATTACHED, "dropout", "delay", "seed")
 
 COMPONENT = Sampled(
     name="passive_arm",
@@ -17,11 +19,12 @@ COMPONENT = Sampled(
         vector(
             "eta_m",
             POSE,
-            "Measured pose of the vehicle in the earth frame; holds its last value while detached",
+            "Measured pose of the vehicle in the earth frame; holds its last value while it is not valid",
             unit=POSE_UNITS,
-            initially_from=(*_ATTACHED, "encoder_counts", "noise_std", "noise_std_angle", "bias", "seed"),
+            initially_from=(*_MEASURED, "encoder_counts", "noise_std", "noise_std_angle", "bias"),
         ),
-        switch("eta_m_valid", "Whether the arm is attached and measures", initially_from=_ATTACHED),
+        switch("eta_m_valid", "Whether eta_m is a measurement", initially_from=_MEASURED),
+        switch("attached", "Whether the arm is attached to the structure", initially_from=_ATTACHED),
         indexed(
             "q", 6, "Joint angle as the encoder reads it", unit="rad", initially_from=(*_ATTACHED, "encoder_counts")
         ),
@@ -49,24 +52,41 @@ COMPONENT = Sampled(
         Signal("noise_std_angle", "Standard deviation of the noise of an angle", unit="rad", start=0.0, minimum=0.0),
         Signal("noise_correlation_time", "Correlation time of the noise; 0: white", unit="s", start=0.0, minimum=0.0),
         vector("bias", XYZ, "Constant error of the measured position", unit="m"),
-        Signal("seed", "Selects the noise; runs with equal seeds repeat", type="Integer", start=1, minimum=0),
+        Signal("dropout", "Share of the samples that are lost", start=0.0, minimum=0.0, maximum=1.0),
+        Signal(
+            "delay",
+            "Samples by which eta_m and eta_m_valid are late",
+            type="Integer",
+            start=0,
+            minimum=0,
+            maximum=equations.LONGEST_DELAY,
+        ),
+        Signal(
+            "seed", "Selects noise and lost samples; runs with equal seeds repeat", type="Integer", start=1, minimum=0
+        ),
         Signal("sample_time", "Time between samples", unit="s", start=SAMPLE_TIME, minimum=1e-6),
         Signal("stiffness", "Stiffness of the arm's pull towards the attachment", unit="N/m", start=0.0, minimum=0.0),
         vector("preload", XYZ, "Constant part of the arm's pull, earth frame", unit="N"),
     ),
     states=(
-        vector("eta_m", POSE, "Last valid measurement"),
+        Signal(
+            "eta_m",
+            "Last valid measurement as of each past sample",
+            pattern="eta_m[{}].{}",
+            axes=(_PAST, POSE),
+        ),
+        indexed("valid", equations.LONGEST_DELAY, "Whether the past sample is a measurement"),
         indexed("q", 6, "Last valid joint angles"),
         vector("noise", POSE, "Noise of the last sample"),
         Signal("started", "Whether a sample has been taken"),
     ),
     initial_state=equations.initial_state,
     sample=equations.sample,
-    draws=6,
+    draws=8,
     seed="seed",
     notices=(
         Notice(
-            "eta_m_valid",
+            "attached",
             0.0,
             "The arm is detached: the attachment is out of reach or the pitch angle near pi/2. eta_m holds meanwhile; "
             "check attachment.*, L[*] and r_A.*.",

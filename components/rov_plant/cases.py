@@ -30,15 +30,19 @@ CASES = (
         "forces",
         "Buoyancy, umbilical, arm and a current",
         300,
-        lambda t: {"F_arm": np.outer(np.sin(t), [2.0, -1.5, 1.0]), "current": [0.1, -0.05, 0.03]},
+        lambda t: {
+            "F_arm": np.outer(np.sin(t), [2.0, -1.5, 1.0]),
+            "F_umbilical": np.outer(np.cos(t), [1.0, 2.0, -1.5]),
+            "current": [0.1, -0.05, 0.03],
+        },
         {"dB": 10.0, "F_C.y": -5.0, "F_A.x": 3.0},
     ),
     Case(
         "limited_thrusters",
-        "Thrusters with a lag and a limit, one of them lost",
+        "Thrusters with a lag, a limit and a dead band, one of them lost",
         300,
         lambda t: {"u": 2.0 * _mixed(t)},
-        {"thruster_time_constant": 0.3, "thrust_max": 6.0, "thruster[2].enabled": 0},
+        {"thruster_time_constant": 0.3, "thrust_max": 6.0, "thruster_dead_band": 2.0, "thruster[2].enabled": 0},
     ),
     Case(
         "every_parameter",

@@ -1,6 +1,6 @@
 """Equations of motion of the vehicle (Fossen 1994; Hoang & Kreuzer 2007, eq. 1).
 
-M nu_r' + C(nu_r) nu_r + D(nu_r) nu_r + g_V(eta) = B f + W(eta) theta + wrench of the arm,    eta' = J(eta) nu
+M nu_r' + C(nu_r) nu_r + D(nu_r) nu_r + g_V(eta) = B f + W(eta) theta + arm and umbilical,    eta' = J(eta) nu
 
 with nu_r = nu - nu_c the velocity relative to a uniform current, and f the thruster forces after limits and lag.
 """
@@ -32,20 +32,30 @@ def inertia(p: SimpleNamespace) -> Any:
     return mass_matrix(p.mass, p.I, p.r_G, p.added_mass)
 
 
+def unknown_forces(eta: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
+    """Return the body wrench, shape (6,), of excess buoyancy, umbilical and arm."""
+    to_body = rotation(eta[3:6]).T
+    further = wrench(p.r_C, to_body @ u.F_umbilical) + wrench(p.r_A, to_body @ u.F_arm)
+    return disturbance_map(eta, p.r_B, p.r_C, p.r_A) @ p.theta + further
+
+
+def resistance(nu_r: Any, M: Any, p: SimpleNamespace) -> Any:
+    """Return C(nu_r) nu_r + D(nu_r) nu_r, shape (6,)."""
+    return coriolis(M, nu_r) @ nu_r + (p.D_linear + p.D_quadratic * np.abs(nu_r)) * nu_r
+
+
+def disturbance(eta: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
+    """Return the body wrench, shape (6,), that thrusters must balance to hold the vehicle still: forces and current."""
+    still = np.concatenate([-rotation(eta[3:6]).T @ u.current, np.zeros(3)])
+    return unknown_forces(eta, u, p) - resistance(still, inertia(p), p)
+
+
 def rates(eta: Any, nu: Any, tau: Any, M: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
     """Return [eta' nu'], shape (12,), under the thruster wrench tau, shape (6,), with M from `inertia`."""
-    to_body = rotation(eta[3:6]).T
-    current = to_body @ u.current
+    current = rotation(eta[3:6]).T @ u.current
     nu_r = np.concatenate([nu[0:3] - current, nu[3:6]])
     current_rate = np.concatenate([-skew(nu[3:6]) @ current, np.zeros(3)])
-    forces = (
-        tau
-        + disturbance_map(eta, p.r_B, p.r_C, p.r_A) @ p.theta
-        + wrench(p.r_A, to_body @ u.F_arm)
-        - coriolis(M, nu_r) @ nu_r
-        - (p.D_linear + p.D_quadratic * np.abs(nu_r)) * nu_r
-        - restoring(eta, p.mass, p.g, p.r_G, p.r_B)
-    )
+    forces = tau + unknown_forces(eta, u, p) - resistance(nu_r, M, p) - restoring(eta, p.mass, p.g, p.r_G, p.r_B)
     # Locked degrees of freedom drop out: their rows and columns of M become those of the identity, their force zero.
     free = degrees_of_freedom(1 - p.lock_roll_pitch)
     M_free = np.diag(free) @ M @ np.diag(free) + np.diag(1 - free)
@@ -54,7 +64,7 @@ def rates(eta: Any, nu: Any, tau: Any, M: Any, u: SimpleNamespace, p: SimpleName
 
 def thrust_after(s: Any, thrust: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
     """Return the thruster forces, shape (8,), a time s after `thrust`: the exact lag to the held command."""
-    target = limited(u.u, p.thrust_max)
+    target = limited(np.where(np.abs(u.u) < p.thruster_dead_band, 0.0, u.u), p.thrust_max)
     lagging = p.thruster_time_constant > 0
     decay = np.where(lagging, np.exp(-s / np.where(lagging, p.thruster_time_constant, 1.0)), 0.0)
     return target + (thrust - target) * decay
@@ -82,8 +92,13 @@ def advance(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace, h: Any) 
 
 
 def outputs_of(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> Mapping[str, Any]:
-    """Return pose, velocity and the thruster wrench after limits and lag."""
-    return {"eta": x.eta, "nu": x.nu, "tau": thruster_wrenches(p) @ thrust_after(0.0, x.thrust, u, p)}
+    """Return pose, velocity, the thruster wrench after limits and lag, and what it has to balance."""
+    return {
+        "eta": x.eta,
+        "nu": x.nu,
+        "tau": thruster_wrenches(p) @ thrust_after(0.0, x.thrust, u, p),
+        "disturbance": disturbance(x.eta, u, p),
+    }
 
 
 def initial_state(p: SimpleNamespace) -> Mapping[str, Any]:

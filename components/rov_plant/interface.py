@@ -41,6 +41,8 @@ _UPRIGHT: dict[str, Any] = {
     "minimum": [*[-np.inf] * 4, -np.pi / 2, -np.inf],
     "maximum": [*[np.inf] * 4, np.pi / 2, np.inf],
 }
+_FORCES = ("F_arm", "F_umbilical", "eta_0", "theta", "r_B", "r_C", "r_A")
+_DRAG = ("current", "mass", "I", "r_G", "added_mass", "D_linear", "D_quadratic")
 
 COMPONENT = Continuous(
     name="rov_plant",
@@ -50,6 +52,7 @@ COMPONENT = Continuous(
     inputs=(
         indexed("u", N_THRUSTERS, "Thruster force command", unit="N"),
         vector("F_arm", XYZ, "Further force on the vehicle at r_A, earth frame", unit="N"),
+        vector("F_umbilical", XYZ, "Further force on the vehicle at r_C, earth frame", unit="N"),
         vector("current", XYZ, "Velocity of the water, earth frame", unit="m/s"),
     ),
     outputs=(
@@ -79,8 +82,16 @@ COMPONENT = Continuous(
                 "thruster_d",
                 "thruster_enabled",
                 "thrust_max",
+                "thruster_dead_band",
                 "thruster_time_constant",
             ),
+        ),
+        vector(
+            "disturbance",
+            WRENCH,
+            "Wrench of excess buoyancy, umbilical, arm and current on the vehicle if it were still, body frame",
+            unit=WRENCH_UNITS,
+            initially_from=(*_FORCES, *_DRAG),
         ),
     ),
     parameters=(
@@ -121,6 +132,12 @@ COMPONENT = Continuous(
         vector("eta_0", POSE, "Initial pose in the earth frame", unit=POSE_UNITS, **_UPRIGHT),
         vector("nu_0", VELOCITY, "Initial velocity in the body frame", unit=VELOCITY_UNITS),
         *THRUSTER_PARAMETERS,
+        Signal(
+            "thruster_dead_band",
+            "Least force command that a thruster follows; a lesser one gives none",
+            unit="N",
+            minimum=0.0,
+        ),
         Signal("thruster_time_constant", "Time constant of the thrusters; 0: ideal", unit="s", minimum=0.0),
         switch("lock_roll_pitch", "Hold roll and pitch at zero: the paper's four degrees of freedom", start=1),
         Signal("max_step", "Longest internal integration step", unit="s", start=0.01, minimum=1e-6),
