@@ -1,4 +1,6 @@
-"""Repeatable noise: standard normal draws as a pure function of (seed, sample index)."""
+"""Repeatable noise: standard normal draws as a pure function of (seed, sample index), and noise with a memory."""
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,3 +17,14 @@ def standard_normal(seed: int, index: int, n: int) -> NDArray[np.float64]:
     uniform = ((bits >> np.uint64(11)) + np.uint64(1)) * 2.0**-53
     radius, angle = np.sqrt(-2.0 * np.log(uniform[0::2])), 2.0 * np.pi * uniform[1::2]
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1).reshape(-1)[:n]
+
+
+def gauss_markov(last: Any, started: Any, w: Any, deviation: Any, correlation_time: Any, step: Any) -> Any:
+    """Return the next value, shape (n,), of a stationary Gauss-Markov process from the standard normal draws w.
+
+    It is white for a correlation time of 0 s, and has its full deviation at once where it has not started.
+    """
+    coloured = correlation_time > 0
+    decay = np.where(coloured, np.exp(-step / np.where(coloured, correlation_time, 1.0)), 0.0)
+    memory = np.where(started, decay, 0.0)
+    return memory * last + np.sqrt(1 - memory**2) * deviation * w

@@ -8,8 +8,9 @@ from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.instance import ComponentError, Instance
 from rov_cosim.components.passive_arm import COMPONENT as ARM
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
+from rov_cosim.components.scenario import COMPONENT as SCENARIO
 
-COMPONENTS = [PLANT, ARM, CONTROLLER]
+COMPONENTS = [PLANT, ARM, CONTROLLER, SCENARIO]
 NAMES = [component.name for component in COMPONENTS]
 
 

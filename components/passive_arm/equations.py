@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..frames import euler_angles, is_regular, rotation, wrap
+from ..noise import gauss_markov
 
 FOLDED = 0.05
 """Least reach as a share of L_1 + L_2: closer than this the links would fold into each other."""
@@ -64,15 +65,6 @@ def quantised(q: Any, encoder_counts: Any) -> Any:
     return np.where(ideal, q, resolution * np.floor(q / resolution + 0.5))
 
 
-def next_noise(noise: Any, started: Any, w: Any, p: SimpleNamespace) -> Any:
-    """Return the noise of this sample, shape (6,), from the last one: white, or a stationary Gauss-Markov process."""
-    coloured = p.noise_correlation_time > 0
-    decay = np.where(coloured, np.exp(-p.sample_time / np.where(coloured, p.noise_correlation_time, 1.0)), 0.0)
-    memory = decay * started
-    deviation = np.stack([p.noise_std] * 3 + [p.noise_std_angle] * 3)
-    return memory * noise + np.sqrt(1 - memory**2) * deviation * w
-
-
 def delayed(history: Any, delay: Any) -> Any:
     """Return row `delay` of the history, shape (LONGEST_DELAY + 1, n), whose first row is the latest."""
     return np.where(np.abs(np.arange(LONGEST_DELAY + 1) - delay) < 0.5, 1.0, 0.0) @ history
@@ -90,7 +82,8 @@ def sample(
     attached = np.logical_and(in_reach, is_regular(u.eta))
 
     q = np.where(attached, quantised(inverse_kinematics(position, R, p.L), p.encoder_counts), x.q)
-    noise = next_noise(x.noise, x.started, w[0:6], p)
+    deviation = np.stack([p.noise_std] * 3 + [p.noise_std_angle] * 3)
+    noise = gauss_markov(x.noise, x.started > 0, w[0:6], deviation, p.noise_correlation_time, p.sample_time)
     pose = pose_from(q, p) + noise + np.concatenate([p.bias, np.zeros(3)])
     # By Box and Muller's transform the exponential of two normal draws is uniform in (0, 1).
     arrives = np.logical_and(attached, np.exp(-(w[6] ** 2 + w[7] ** 2) / 2) >= p.dropout)

@@ -1,0 +1,79 @@
+"""Interface of the scenario. All is neutral by default: still water, no pull, the set-point handed on."""
+
+from ..interface import POSE, POSE_UNITS, SAMPLE_TIME, XYZ, Sampled, Signal, count, vector
+from . import equations
+
+_PULLS = count(2)
+
+COMPONENT = Sampled(
+    name="scenario",
+    title="Scenario: current, umbilical, set-point over time",
+    description="What happens around a vehicle over time: current, pulls of the umbilical, steps and motion of the "
+    "set-point",
+    symbol="SCN",
+    inputs=(vector("set_point", POSE, "Set-point to which step and motion are added, earth frame", unit=POSE_UNITS),),
+    outputs=(
+        vector(
+            "current",
+            XYZ,
+            "Velocity of the water, earth frame",
+            unit="m/s",
+            initially_from=("current_mean", "current_std", "seed"),
+        ),
+        vector(
+            "F_umbilical",
+            XYZ,
+            "Force of the umbilical on the vehicle, earth frame",
+            unit="N",
+            initially_from=("pull_F", "pull_begin", "sample_time"),
+        ),
+        vector(
+            "eta_d",
+            POSE,
+            "Set-point in the earth frame",
+            unit=POSE_UNITS,
+            initially_from=("set_point", "step", "step_begin", "sample_time"),
+        ),
+    ),
+    parameters=(
+        vector("current_mean", XYZ, "Mean velocity of the water, earth frame", unit="m/s"),
+        vector("current_std", XYZ, "Standard deviation of the velocity about its mean", unit="m/s", minimum=0.0),
+        Signal(
+            "current_correlation_time",
+            "Correlation time of the velocity; 0: white",
+            unit="s",
+            start=60.0,
+            minimum=0.0,
+        ),
+        Signal(
+            "pull_F",
+            "Force of the pull on the vehicle, earth frame",
+            pattern="pull[{}].F.{}",
+            axes=(_PULLS, XYZ),
+            unit="N",
+        ),
+        Signal("pull_begin", "When the pull begins", pattern="pull[{}].begin", axes=(_PULLS,), unit="s", minimum=0.0),
+        Signal(
+            "pull_duration",
+            "How long the pull lasts; 0: to the end",
+            pattern="pull[{}].duration",
+            axes=(_PULLS,),
+            unit="s",
+            minimum=0.0,
+        ),
+        vector("step", POSE, "Step of the set-point", unit=POSE_UNITS),
+        Signal("step_begin", "When the set-point steps", unit="s", minimum=0.0),
+        vector("motion", POSE, "Amplitude of the set-point's sine", unit=POSE_UNITS),
+        Signal("motion_period", "Period of the set-point's sine", unit="s", start=60.0, minimum=1e-3),
+        Signal("seed", "Selects the variation of the current", type="Integer", start=1, minimum=0),
+        Signal("sample_time", "Time between samples", unit="s", start=SAMPLE_TIME, minimum=1e-6),
+    ),
+    states=(
+        Signal("samples", "Number of samples taken"),
+        vector("variation", XYZ, "Velocity of the water about its mean"),
+    ),
+    initial_state=equations.initial_state,
+    sample=equations.sample,
+    draws=3,
+    seed="seed",
+)
