@@ -4,16 +4,15 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
 from zipfile import BadZipFile, ZipFile
 
 from fmpy import read_model_description
 from lxml import etree
 
 from ..components.interface import SAMPLE_TIME
+from .parameter_set import SCHEMA, Bound, checked_values, parameters, units_in
 from .ssp_xml import NAMESPACES, STANDARD, parse_strictly
 from .wiring import (
-    BASE_UNITS,
     TYPES,
     Base,
     Element,
@@ -22,7 +21,6 @@ from .wiring import (
     Value,
     Wiring,
     WiringError,
-    parse,
     same_unit,
     suggestion,
     units_of,
@@ -51,14 +49,6 @@ def opened(path: Path) -> Iterator[Wiring]:
         yield _Reader(Path(folder), str(path)).read()
 
 
-class _Bound(NamedTuple):
-    """A parameter as it stands in a parameter set."""
-
-    parameter_set: etree._Element
-    name: str
-    typed: etree._Element
-
-
 class _Reader:
     """One pass over an extracted archive that collects problems."""
 
@@ -72,7 +62,7 @@ class _Reader:
         if document is None:
             raise WiringError(self.where, self.problems)
         system = document.find("ssd:System", STANDARD)
-        units = _units(document)
+        units = units_in(document)
         components = system.findall("ssd:Elements/ssd:Component", STANDARD)
         if not components:
             self.problems.append("SystemStructure.ssd: the system has no component.")
@@ -93,7 +83,7 @@ class _Reader:
 
     def _parse(self, name: str, schema: str) -> etree._Element | None:
         try:
-            return parse_strictly(self.root, name, schema)
+            return parse_strictly(self.root / name, name, schema)
         except WiringError as error:
             self.problems += str(error).splitlines()
             return None
@@ -143,53 +133,28 @@ class _Reader:
                 elif not same_unit(unit, units, variable.unit, units_of(element.description)):
                     self.problems.append(f"{where}: unit {unit} does not match {variable.unit}.")
 
-    def _values(self, bound: Iterable[_Bound], element: Element) -> dict[str, Value]:
-        """Return the values bound to an element, checked."""
-        values: dict[str, Value] = {}
-        for parameter_set, name, typed in bound:
-            variable = element.variables.get(name)
-            if variable is None:
-                hint = suggestion(name, element.variables, f"{element.name}.")
-                self.problems.append(f"There is no parameter {element.name}.{name}." + hint)
-                continue
-            where, unit = f"Parameter {element.name}.{name}", typed.get("unit")
-            type_ = etree.QName(typed).localname
-            if type_ != variable.type and (type_, variable.type) != ("Integer", "Real"):
-                self.problems.append(f"{where}: type {type_} does not match {variable.type}.")
-                continue
-            if not same_unit(unit, _units(parameter_set), variable.unit, units_of(element.description)):
-                self.problems.append(f"{where}: unit {unit} does not match {variable.unit}.")
-            try:
-                values[name] = parse(typed.get("value"), variable.type)
-            except ValueError as error:
-                self.problems.append(f"{where}: {error}.")
-        return values
+    def _values(self, bound: Iterable[Bound], element: Element) -> dict[str, Value]:
+        return checked_values(bound, element.name, element.description, self.problems)
 
-    def _bound(self, owner: etree._Element) -> Iterator[_Bound]:
+    def _bound(self, owner: etree._Element) -> Iterator[Bound]:
         """Yield the parameters bound to a component or system."""
         for binding in owner.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", STANDARD):
             prefix, source = binding.get("prefix", ""), binding.get("source")
             if source is None:
                 parameter_set = binding.find("ssd:ParameterValues/ssv:ParameterSet", STANDARD)
             else:
-                parameter_set = self._parse(source, "SystemStructureParameterValues.xsd")
+                parameter_set = self._parse(source, SCHEMA)
             if parameter_set is None:
                 continue
-            seen: set[str] = set()
-            for parameter in parameter_set.iterfind("ssv:Parameters/ssv:Parameter", STANDARD):
-                name = prefix + parameter.get("name")
-                if name in seen:
-                    self.problems.append(f"Parameter {name} stands twice in one parameter set: remove one.")
-                seen.add(name)
-                yield _Bound(parameter_set, name, parameter[0])
+            yield from parameters(parameter_set, self.problems, prefix)
 
     def _system_parameters(self, system: etree._Element, elements: list[Element]) -> Iterator[Element]:
         """Yield the elements with the values bound to the system as ``element.parameter``, which come first."""
         names = {element.name for element in elements} | self.unreadable
-        bound: dict[str, list[_Bound]] = {}
+        bound: dict[str, list[Bound]] = {}
         for parameter_set, name, typed in self._bound(system):
             element, _, variable = name.partition(".")
-            bound.setdefault(element, []).append(_Bound(parameter_set, variable, typed))
+            bound.setdefault(element, []).append(Bound(parameter_set, variable, typed))
             if element not in names:
                 self.problems.append(f"Parameter {name}: there is no element {element}." + suggestion(element, names))
         for e in elements:
@@ -228,13 +193,3 @@ class _Reader:
                 except ValueError:
                     self.problems.append(f"SystemStructure.ssd: the {attribute} {found.get(attribute)} is no number.")
         return SAMPLE_TIME
-
-
-def _units(root: etree._Element) -> dict[str, Base]:
-    """Return what the units defined in an SSD or SSV mean, by name."""
-    units = {}
-    for unit in root.iterfind("{*}Units/ssc:Unit", STANDARD):
-        base = unit.find("ssc:BaseUnit", STANDARD)
-        exponents = (float(base.get(name, 0)) for name in BASE_UNITS)
-        units[unit.get("name")] = (*exponents, float(base.get("factor", 1)), float(base.get("offset", 0)))
-    return units

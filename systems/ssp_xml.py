@@ -53,8 +53,8 @@ _HONOURED = {
 }
 
 
-def parse_strictly(root: Path, name: str, schema: str) -> etree._Element:
-    """Return the root element of the file `name` in the folder `root`.
+def parse_strictly(path: Path, where: str, schema: str) -> etree._Element:
+    """Return the root element of a file, which problems call `where`.
 
     Raises
     ------
@@ -62,16 +62,16 @@ def parse_strictly(root: Path, name: str, schema: str) -> etree._Element:
         this project does not do.
     """
     try:
-        document = etree.parse(root / name).getroot()
+        document = etree.parse(path).getroot()
     except OSError:
-        raise WiringError(name, ["The archive has no such file."]) from None
+        raise WiringError(where, ["There is no such file."]) from None
     except etree.XMLSyntaxError as error:
-        raise WiringError(name, [f"This is not well-formed XML: {error}."]) from None
+        raise WiringError(where, [f"This is not well-formed XML: {error}."]) from None
     validator = etree.XMLSchema(file=str(files("fmpy.ssp") / "schema" / schema))
     if not validator.validate(document):
-        raise WiringError(name, [f"Line {entry.line}: {entry.message}" for entry in validator.error_log])
+        raise WiringError(where, [f"Line {entry.line}: {entry.message}" for entry in validator.error_log])
     if unsupported := [f"Line {line}: {what} is not supported." for line, what in _unsupported(document)]:
-        raise WiringError(name, unsupported)
+        raise WiringError(where, unsupported)
     return document
 
 

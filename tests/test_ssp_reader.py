@@ -50,7 +50,7 @@ PLANT = "resources__rov_plant_DOT_fmu"
 VALUES = "resources__rov_plant_DOT_ssv"
 TRANSFORMATION = '<ssc:LinearTransformation factor="2" offset="1"/>'
 BREAKS = {
-    "no structure": ({SSD: None}, ["SystemStructure.ssd: The archive has no such file."]),
+    "no structure": ({SSD: None}, ["SystemStructure.ssd: There is no such file."]),
     "not XML": ({SSD: b"<ssd:System"}, ["SystemStructure.ssd: This is not well-formed XML"]),
     "unknown element": ({SSD: swap(("<ssd:Elements>", "<ssd:Elements><ssd:Gadget/>"))}, ["Gadget"]),
     "transformation": (
@@ -118,7 +118,7 @@ BREAKS = {
         {SSD: swap(('name="rov_plant" type', 'name="rov_plant" implementation="ModelExchange" type'))},
         ['implementation="ModelExchange" of a Component is not supported'],
     ),
-    "missing parameter set": ({VALUES: None}, ["resources/rov_plant.ssv: The archive has no such file."]),
+    "missing parameter set": ({VALUES: None}, ["resources/rov_plant.ssv: There is no such file."]),
     "external signal": (
         {SSD: swap(('startElement="rov_plant" startConnector="eta.x"', 'startConnector="eta.x"'))},
         ["Connection eta.x -> passive_arm.eta.x wants an external signal"],
