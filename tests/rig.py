@@ -12,6 +12,7 @@ RELAXED: dict[str, dict[str, float]] = {
     "rov_plant": {"lock_roll_pitch": False, "thrust_max": 30.0, "thruster_time_constant": 0.2, "r_G.x": 0.01},
     "passive_arm": {"noise_std_angle": 0.01, "noise_correlation_time": 0.5, "stiffness": 3.0, "preload.z": 1.0},
     "adaptive_pd": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
+    "pid": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
 }
 """Settings that put every term of the equations to work."""
 
