@@ -51,6 +51,8 @@ UNITS = {
         Unit("N.m", BaseUnit(kg=1, m=2, s=-2)),
         Unit("N/m", BaseUnit(kg=1, s=-2)),
         Unit("N.m/rad", BaseUnit(kg=1, m=2, s=-2, rad=-1)),
+        Unit("N/(m.s)", BaseUnit(kg=1, s=-3)),
+        Unit("N.m/(rad.s)", BaseUnit(kg=1, m=2, s=-3, rad=-1)),
         Unit("N.s/m", BaseUnit(kg=1, s=-1)),
         Unit("N.m.s/rad", BaseUnit(kg=1, m=2, s=-1, rad=-1)),
         Unit("N.s2/m2", BaseUnit(kg=1, m=-1)),

@@ -58,5 +58,5 @@ def _sources(component: Component) -> dict[str, bytes]:
         _PACKAGE / "exporters" / "__init__.py",
         _PACKAGE / "exporters" / "pythonfmu_slave.py",
     ]
-    needed = sorted(file for file in files if file.name != "cases.py")
+    needed = sorted(file for file in files if not file.name.endswith("cases.py"))
     return {file.relative_to(_PACKAGE).as_posix(): file.read_bytes() for file in needed}

@@ -12,7 +12,7 @@ from ..systems.z_down import Z_DOWN
 # Parameters that are places, directions, poses, velocities or forces; gains, masses and damping have no direction.
 _TURNED = {
     *("r_G", "r_B", "r_C", "r_A", "thruster_r", "thruster_d", "attachment"),
-    *("eta_0", "nu_0", "theta", "theta_hat_0", "preload", "bias"),
+    *("eta_0", "nu_0", "theta", "theta_hat_0", "integral_0", "preload", "bias"),
 }
 _SAMPLED = "samples are taken at multiples of `sample_time`"
 _CONTINUOUS = "the vehicle is integrated in internal steps of at most `max_step`"

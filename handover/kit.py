@@ -65,12 +65,12 @@ def entries(component: Component, platforms: Iterable[str]) -> dict[str, bytes]:
 
 
 def _parameter_sets(component: Component, fmu: Path) -> dict[str, bytes]:
-    """Return the values of all parameters in each system that has the component."""
+    """Return the values of all parameters: at their start, and in each system that has the component."""
     description = read_model_description(str(fmu))
     parameters = [v for v in description.modelVariables if v.causality == "parameter"]
     start = Element(component.name, fmu, description)
     defaults = {variable.name: start.value(variable.name) for variable in parameters}
-    sets = {}
+    sets = {"parameters/start_values.ssv": parameter_set(replace(start, start_values=defaults))}
     for system in SYSTEMS.values():
         for name in [name for name, used in system.elements.items() if used == component.name]:
             values = {**defaults, **system.parameters.get(name, {})}

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import cont2discrete, dlsim
 
 from rig import Rig, inputs, parameters
-from rov_cosim.components import frames, vehicle
+from rov_cosim.components import feedback, frames, vehicle
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.adaptive_pd import equations
 from rov_cosim.components.noise import standard_normal
@@ -74,9 +74,9 @@ def test_allocation_delivers_the_controlled_wrench_with_least_effort(six):
     enabled = np.ones(8)
     enabled[2] = 0
     p = parameters(CONTROLLER, control_roll_pitch=six, thruster_enabled=enabled)
-    B = equations.thruster_wrenches(p)
+    B = feedback.thruster_wrenches(p)
     rows = [0, 1, 2, 3, 4, 5] if six else [0, 1, 2, 5]
-    allocation = np.array([equations.allocate(unit, p) for unit in np.eye(6)[rows]]).T
+    allocation = np.array([feedback.allocate(unit, p) for unit in np.eye(6)[rows]]).T
     assert B[rows] @ allocation == pytest.approx(np.eye(len(rows)), abs=1e-12)
     assert allocation == pytest.approx(np.linalg.pinv(B[rows]), abs=1e-12)
     assert np.array_equal(allocation[2], np.zeros(len(rows)))

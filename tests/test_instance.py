@@ -7,17 +7,18 @@ from rig import Rig
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.instance import ComponentError, Instance
 from rov_cosim.components.passive_arm import COMPONENT as ARM
+from rov_cosim.components.pid import COMPONENT as PID
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
 from rov_cosim.components.scenario import COMPONENT as SCENARIO
 
-COMPONENTS = [PLANT, ARM, CONTROLLER, SCENARIO]
+COMPONENTS = [PLANT, ARM, CONTROLLER, PID, SCENARIO]
 NAMES = [component.name for component in COMPONENTS]
 
 
 def exercised(component, steps: int = 20) -> Rig:
     """Return a rig in the middle of a lively run."""
     rig = Rig(component)
-    if component is CONTROLLER:
+    if "eta_m_valid" in component.u.names:
         rig.set({"eta_m_valid": 1})
     rig.start()
     excite(rig, 0, steps)

@@ -68,9 +68,10 @@ def test_directional_derivatives_are_those_of_difference_quotients(native, name,
     component, random = COMPONENTS[name], np.random.default_rng(8)
     values = {**RELAXED[name], **random_inputs(component, random)}
     values |= {"theta_hat_0.dB": 3.0, "theta_hat_0.F_A.y": -2.0} if name == "adaptive_pd" else {}
+    values |= {"integral_0.x": 3.0, "integral_0.psi": -2.0} if name == "pid" else {}
     values |= {"encoder_counts": 0} if name == "passive_arm" else {}
     values |= {"thruster_time_constant": 0.0, "thrust_max": 0.0} if name == "rov_plant" else {}
-    values |= {"eta_m_valid": True, "disable": False, "thrust_max": 0.0} if name == "adaptive_pd" else {}
+    values |= {"eta_m_valid": True, "disable": False, "thrust_max": 0.0} if "eta_m_valid" in component.u.names else {}
     inputs = [n for s in component.inputs if s.type == "Real" for n in s.names]
     reals = [n for s in component.outputs if s.type == "Real" for n in s.names]
     fmu = native(name)

@@ -1,0 +1,203 @@
+"""What the controllers share: use of the measured pose, allocation, and the ports and parameters they all declare.
+
+Frames as in `frames`. In the four-DOF form the rows and errors of roll and pitch are left out: in the feedback, in what
+integrates it and in the allocation.
+"""
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from .frames import is_regular, jacobian, pose_difference
+from .interface import (
+    POSE,
+    POSE_UNITS,
+    SAMPLE_TIME,
+    VELOCITY,
+    VELOCITY_UNITS,
+    WRENCH,
+    WRENCH_UNITS,
+    Requirement,
+    Signal,
+    indexed,
+    switch,
+    vector,
+)
+from .vehicle import N_THRUSTERS, UNIT_DIRECTIONS, allocation_matrix, degrees_of_freedom, limited
+
+NEGLIGIBLE = 1e-6
+"""Part of the demanded wrench in N or N m that counts as met."""
+
+
+def measured(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> tuple[Any, Any, Any, Mapping[str, Any]]:
+    """Return eta, e and eta', each of shape (6,), that a law is to use, and the values of `STATES` after the sample.
+
+    While there is no valid measurement, or the controller is disabled, eta is the last valid pose, and e and eta' are
+    zero: what integrates them is frozen. A singular attitude counts as no measurement.
+    """
+    dof = degrees_of_freedom(p.control_roll_pitch)
+    active = np.logical_and(np.logical_and(u.eta_m_valid > 0, is_regular(u.eta_m)), _enabled(u))
+    eta = np.where(active, u.eta_m, x.eta)
+    ready = np.logical_and(active, x.filter_ready > 0)
+    filtered, filter_difference = _lead_filter(x, eta, ready, p)
+    velocity = np.where(p.use_measured_velocity > 0, jacobian(eta) @ u.nu_m, filtered)
+    e = np.where(active, dof * pose_difference(eta, u.eta_d), 0.0)
+    eta_dot = np.where(active, dof * velocity, 0.0)
+    return eta, e, eta_dot, {"eta": eta, "filter_difference": filter_difference, "filter_ready": active}
+
+
+def command(tau: Any, u: SimpleNamespace, p: SimpleNamespace) -> Mapping[str, Any]:
+    """Return the outputs tau, u and saturated for a demanded wrench tau, shape (6,)."""
+    controlled = np.where(_enabled(u), degrees_of_freedom(p.control_roll_pitch) * tau, 0.0)
+    demanded = allocate(controlled, p)
+    delivered = limited(demanded, p.thrust_max)
+    return {"tau": controlled, "u": delivered, "saturated": np.max(np.abs(demanded - delivered)) > 0}
+
+
+def where_delivered(signal: Any, at_rest: Any, p: SimpleNamespace) -> Any:
+    """Return a body-frame signal, shape (6,), zero in the axes in which saturated thrusters do not deliver at_rest.
+
+    The error there is not for want of a better estimate, which would wind up. at_rest, shape (6,), is the demanded
+    wrench less the damping term, because that carries the noise: frozen at its peaks, the estimate would settle with
+    an offset.
+    """
+    holding = allocate(at_rest, p)
+    unmet = thruster_wrenches(p) @ (holding - limited(holding, p.thrust_max))
+    return np.where(np.abs(unmet) > NEGLIGIBLE, 0.0, signal)
+
+
+def allocate(tau: Any, p: SimpleNamespace) -> Any:
+    """Return the thruster forces, shape (8,), of least norm that yield the controlled rows of tau, shape (6,)."""
+    B = thruster_wrenches(p)
+    return B.T @ np.linalg.solve(_gram(p), tau)
+
+
+def thruster_wrenches(p: SimpleNamespace) -> Any:
+    """Return the allocation matrix, shape (6, 8), with the rows that are not controlled set to zero."""
+    B = allocation_matrix(p.thruster_r, p.thruster_d, p.thruster_enabled)
+    return np.diag(degrees_of_freedom(p.control_roll_pitch)) @ B
+
+
+def allocation_margin(p: SimpleNamespace) -> Any:
+    """Return a positive number if the enabled thrusters span the controlled degrees of freedom."""
+    gram = _gram(p)
+    scale = np.max(np.abs(gram))
+    return np.linalg.det(gram / scale) - 1e-12
+
+
+def initial_state() -> Mapping[str, Any]:
+    """Return the values of `STATES` before the first sample: a filter that waits for a measurement."""
+    return {"eta": np.zeros(6), "filter_difference": np.zeros(6), "filter_ready": 0.0}
+
+
+def _enabled(u: SimpleNamespace) -> Any:
+    return u.disable <= 0
+
+
+def _lead_filter(x: SimpleNamespace, eta_m: Any, ready: Any, p: SimpleNamespace) -> tuple[Any, Any]:
+    """Return eta', shape (6,), by s / (T_f s + 1) from the measured pose, and the filter's state, shape (6,).
+
+    The state d is the input less the low-passed input. It moves with the pose's increments, so that wrapped angles
+    need no unwrapping: d_k = a d_(k-1) + (eta_k - eta_(k-1)), a = exp(-T / T_f), the exact zero-order-hold form.
+    """
+    decay = np.exp(-p.sample_time / p.filter_time_constant)
+    d = np.where(ready, decay * x.filter_difference + pose_difference(eta_m, x.eta), 0.0)
+    return d / p.filter_time_constant, d
+
+
+def _gram(p: SimpleNamespace) -> Any:
+    """Return B B^T, shape (6, 6), with ones on the diagonal where a row is not controlled."""
+    B = thruster_wrenches(p)
+    return B @ B.T + np.diag(1 - degrees_of_freedom(p.control_roll_pitch))
+
+
+_MEASURED = ("eta_m", "eta_m_valid", "disable")
+_ERROR = (*_MEASURED, "eta_d", "control_roll_pitch")
+_RATE = (*_MEASURED, "nu_m", "use_measured_velocity", "control_roll_pitch")
+_PD = (*_ERROR, *_RATE, "K_P", "K_D", "mass", "g", "r_G", "r_B")
+_THRUSTERS = ("thruster_r", "thruster_d", "thruster_enabled", "thrust_max")
+
+INPUTS = (
+    vector("eta_m", POSE, "Measured pose in the earth frame", unit=POSE_UNITS),
+    switch("eta_m_valid", "Whether eta_m is a measurement; while false it is not used"),
+    vector("nu_m", VELOCITY, "Measured body velocity, used with use_measured_velocity", unit=VELOCITY_UNITS),
+    vector("eta_d", POSE, "Set-point in the earth frame", unit=POSE_UNITS),
+    switch("disable", "Switch the thrusters off and freeze the estimate"),
+)
+
+
+def outputs(estimate: Signal, *disturbance_from: str) -> tuple[Signal, ...]:
+    """Return the outputs of a controller with its own estimate among them.
+
+    disturbance_from are the parameters on which the estimated wrench depends in Initialization Mode.
+    """
+    disturbance = (*_MEASURED, *disturbance_from)
+    tau = tuple(dict.fromkeys((*disturbance, *_PD)))
+    return (
+        indexed("u", N_THRUSTERS, "Thruster force command", unit="N", initially_from=(*tau, *_THRUSTERS)),
+        vector("tau", WRENCH, "Demanded wrench, body frame, before limits", unit=WRENCH_UNITS, initially_from=tau),
+        estimate,
+        vector(
+            "disturbance",
+            WRENCH,
+            "Estimated disturbance wrench on the vehicle, body frame",
+            unit=WRENCH_UNITS,
+            initially_from=disturbance,
+        ),
+        vector(
+            "eta_dot",
+            POSE,
+            "Rate of the pose that the law used",
+            unit=("m/s",) * 3 + ("rad/s",) * 3,
+            initially_from=_RATE,
+        ),
+        vector("e", POSE, "Pose error that the law used", unit=POSE_UNITS, initially_from=_ERROR),
+        switch("saturated", "Whether a thruster command is limited", initially_from=(*tau, *_THRUSTERS)),
+    )
+
+
+GAINS = (
+    vector(
+        "K_P",
+        POSE,
+        "Proportional gain (roll and pitch: not in the paper)",
+        unit=("N/m", "N/m", "N/m", "N.m/rad", "N.m/rad", "N.m/rad"),
+        start=[80.0, 80.0, 100.0, 30.0, 30.0, 30.0],
+        minimum=0.0,
+        tunable=True,
+    ),
+    vector(
+        "K_D",
+        POSE,
+        "Derivative gain (roll and pitch: not in the paper)",
+        unit=("N.s/m", "N.s/m", "N.s/m", "N.m.s/rad", "N.m.s/rad", "N.m.s/rad"),
+        start=[90.0, 90.0, 120.0, 45.0, 45.0, 45.0],
+        minimum=0.0,
+        tunable=True,
+    ),
+)
+"""The default gains are those of Hoang & Kreuzer 2007, section 4.2."""
+
+CONTROL_ROLL_PITCH = switch(
+    "control_roll_pitch", "Control roll and pitch too; false: the paper's four degrees of freedom"
+)
+SAMPLING = (
+    Signal("sample_time", "Time between samples", unit="s", start=SAMPLE_TIME, minimum=1e-6),
+    Signal("filter_time_constant", "Time constant T_f of the lead filter", unit="s", start=0.1, minimum=1e-6),
+    switch("use_measured_velocity", "Take the velocity from nu_m in place of the lead filter"),
+)
+STATES = (
+    vector("eta", POSE, "Pose of the last valid measurement"),
+    vector("filter_difference", POSE, "State of the lead filter"),
+    Signal("filter_ready", "Whether the lead filter has a last measurement"),
+)
+REQUIREMENTS = (
+    Requirement(
+        allocation_margin,
+        "The enabled thrusters cannot produce every controlled wrench (B B^T is singular): enable more thrusters, "
+        "check thruster[i].r.* and thruster[i].d.*, or set control_roll_pitch to false.",
+    ),
+    UNIT_DIRECTIONS,
+)

@@ -1,0 +1,6 @@
+"""Reference cases of the PID controller."""
+
+from ..feedback_cases import controller_cases
+from .interface import COMPONENT
+
+CASES = controller_cases(COMPONENT, "integration", {"integral_0.z": 5.0})

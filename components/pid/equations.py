@@ -1,0 +1,46 @@
+"""A PID controller in the form of the adaptive PD controller of Hoang & Kreuzer 2007, eq. 4.
+
+    tau = J^T(eta) [-K_P e - K_D eta' - z] + g_V(eta),        e = eta - eta_d
+    u   = B^T (B B^T)^-1 tau
+    z'  = K_I e
+
+z is the integral part, in the earth frame. The gain stands inside the integral so that its change does not jump the
+thrust.
+"""
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from .. import feedback
+from ..frames import jacobian, jacobian_inverse
+from ..vehicle import degrees_of_freedom, restoring
+
+
+def sample(
+    x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace, w: Any
+) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+    """Return state and outputs after one sample; no draws are needed."""
+    eta, e, eta_dot, state = feedback.measured(x, u, p)
+    J = jacobian(eta)
+
+    disturbance = J.T @ x.integral
+    at_rest = J.T @ (-p.K_P * e) + restoring(eta, p.mass, p.g, p.r_G, p.r_B) - disturbance
+    tau = at_rest - J.T @ (p.K_D * eta_dot)
+
+    # The thrusters saturate in body axes, so the rate of the integral part goes there and back.
+    rate = jacobian_inverse(eta).T @ feedback.where_delivered(J.T @ (p.K_I * e), at_rest, p)
+    rate = np.where(p.integration > 0, degrees_of_freedom(p.control_roll_pitch) * rate, 0.0)
+
+    estimate = {"integral": x.integral, "disturbance": disturbance}
+    return (
+        {"integral": x.integral + p.sample_time * rate, **state},
+        {**feedback.command(tau, u, p), **estimate, "eta_dot": eta_dot, "e": e},
+    )
+
+
+def initial_state(p: SimpleNamespace) -> Mapping[str, Any]:
+    """Return the state before the first sample, with the initial integral part."""
+    return {"integral": p.integral_0, **feedback.initial_state()}
