@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile, ZipFile
 
-from fmpy import read_model_description
 from lxml import etree
 
 from ..components.interface import SAMPLE_TIME
+from .fmu_file import FmuError, unpacked
 from .ssp_xml import NAMESPACES, STANDARD, parse_strictly
 from .wiring import (
     BASE_UNITS,
@@ -107,22 +107,11 @@ class _Reader:
             return None
         folder = self.root / "extracted" / str(i)
         try:
-            with ZipFile(fmu) as archive:
-                archive.extractall(folder)
-            description = read_model_description(str(folder))
-        except Exception as error:  # FMPy raises plain exceptions of many types
-            self.problems.append(f"{name}: {source} is not a readable FMU: {' '.join(str(error).split())}")
-            return None
-        if description.fmiVersion != "2.0" or description.coSimulation is None:
-            self.problems.append(f"{name}: {source} is not an FMU for co-simulation with FMI 2.0.")
+            description = unpacked(fmu, folder, source)
+        except FmuError as error:
+            self.problems.append(f"{name}: {error}")
             return None
         self.unreadable.discard(name)
-        where = str(folder)
-        if (folder / "resources" / "slavemodule.txt").is_file() and (not where.isascii() or set(where) & set("#%")):
-            problem = (
-                f"pythonfmu cannot load it from the temporary folder {where}, whose name is not ASCII or has # or %"
-            )
-            self.problems.append(f"{name}: {problem}: set TMPDIR to another.")
         element = Element(name, folder, description)
         self._check_connectors(component, element, units)
         return Element(name, folder, description, self._values(self._bound(component), element))
