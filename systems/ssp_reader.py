@@ -12,21 +12,8 @@ from lxml import etree
 from ..components.interface import SAMPLE_TIME
 from .fmu_file import FmuError, unpacked
 from .ssp_xml import NAMESPACES, STANDARD, parse_strictly
-from .wiring import (
-    BASE_UNITS,
-    TYPES,
-    Base,
-    Element,
-    End,
-    Link,
-    Value,
-    Wiring,
-    WiringError,
-    parse,
-    same_unit,
-    suggestion,
-    units_of,
-)
+from .units import BASE_UNITS, Base, same_unit, units_of
+from .wiring import TYPES, Element, End, Link, Value, Wiring, WiringError, converted, parse, suggestion
 
 
 @contextmanager
@@ -80,7 +67,7 @@ class _Reader:
         wiring = Wiring(
             name=document.get("name"),
             elements=tuple(self._system_parameters(system, [element for element in elements if element])),
-            links=tuple(self._links(system)),
+            links=tuple(self._links(system, {element.name: element for element in elements if element})),
             start_time=self._time(document, "startTime", "0"),
             stop_time=self._time(document, "stopTime", None),
             step_size=self._step_size(document),
@@ -185,7 +172,7 @@ class _Reader:
             values = {**e.start_values, **self._values(bound.get(e.name, ()), e)}
             yield Element(e.name, e.fmu, e.description, values)
 
-    def _links(self, system: etree._Element) -> Iterator[Link]:
+    def _links(self, system: etree._Element, elements: Mapping[str, Element]) -> Iterator[Link]:
         for connection in system.iterfind("ssd:Connections/ssd:Connection", STANDARD):
             source, target = connection.get("startElement"), connection.get("endElement")
             start, end = connection.get("startConnector"), connection.get("endConnector")
@@ -197,7 +184,9 @@ class _Reader:
             elif target is not None and not {source, target} & self.unreadable:
                 transformation = connection.find("ssc:LinearTransformation", STANDARD)
                 factor = 1.0 if transformation is None else float(transformation.get("factor", "1"))
-                yield Link(End(source, start), End(target, end), factor)
+                link = Link(End(source, start), End(target, end), factor)
+                suppressed = connection.get("suppressUnitConversion") in ("true", "1")
+                yield link if suppressed else converted(link, elements)
 
     def _time(self, document: etree._Element, attribute: str, default: str | None) -> float:
         experiment = document.find("ssd:DefaultExperiment", STANDARD)
