@@ -153,8 +153,8 @@ def compare(
         with session.opened(system, export) as wiring:
             wiring = wiring.with_values(values)
             results = simulate(wiring, COUPLINGS[coupling], stop_time, warn=session.warn)
-        if not assessable(results):
-            raise click.UsageError(f"{label} has no vehicle rov_plant with a pose eta: there is nothing to compare.")
+        if not assessable(results, wiring):
+            raise click.UsageError(f"{label} has no vehicle with a pose eta: there is nothing to compare.")
         runs[label] = (results, wiring)
     path = output or session.results_folder() / f"compare-{'-'.join(Path(label).stem for label in runs)}.png"
     plot_comparison(runs, path)

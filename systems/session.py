@@ -95,12 +95,12 @@ def run(
                 raise SimulationError(f"{error} The results so far are in {csv}.", error.results) from error
             raise
     write_csv(csv, results)
-    if assessable(results):
+    if assessable(results, wiring):
         plot_run((results, wiring), csv.with_suffix(".png"))
         click.echo(report(results, wiring))
         click.echo(f"\n{csv}\n{csv.with_suffix('.png')}")
     else:
-        click.echo("There is no vehicle rov_plant with a pose eta in it, so nothing is assessed or drawn.")
+        click.echo("There is no vehicle with a pose eta in it, so nothing is assessed or drawn.")
         click.echo(csv)
     return results, wiring
 
