@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from fmpy import extract, read_model_description
 from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 
 from ..components.interface import SAMPLE_TIME, Component
 from ..exporters.model_description import literal
+from ..systems.fmu_file import FmuError, unpacked
 from ..systems.slave import Slave
 from ..systems.wiring import Element, parse, suggestion
 from .reference import TOLERANCE, Reference
@@ -45,14 +45,12 @@ def opened(fmu: Path, folder: Path) -> Element:
 
     Raises
     ------
-    CheckError : it is not a readable FMU for co-simulation with FMI 2.0.
+    CheckError : it is not an FMU that can be run here.
     """
     try:
-        description = read_model_description(extract(str(fmu), str(folder)))
-    except Exception as error:  # FMPy raises plain exceptions of many types
-        raise CheckError(f"{fmu} is not a readable FMU: {' '.join(str(error).split())}") from None
-    if description.fmiVersion != "2.0" or description.coSimulation is None:
-        raise CheckError(f"{fmu} is not an FMU for co-simulation with FMI 2.0.")
+        description = unpacked(fmu, folder, str(fmu))
+    except FmuError as error:
+        raise CheckError(str(error)) from None
     return Element(description.modelName, folder, description)
 
 

@@ -38,17 +38,26 @@ class Force:
     true: float
 
 
-def assessable(results: NDArray[Any]) -> bool:
-    """Tell whether results hold the pose ``eta`` of a vehicle ``rov_plant``."""
-    return {f"rov_plant.eta.{axis}" for axis in POSE} <= set(results.dtype.names or ())
+def assessable(results: NDArray[Any], wiring: Wiring) -> bool:
+    """Tell whether results hold the pose of a vehicle: what an arm's inputs ``eta`` receive, else ``rov_plant.eta``."""
+    return _arm(wiring) is not None or {f"rov_plant.eta.{axis}" for axis in POSE} <= set(results.dtype.names or ())
+
+
+def pose(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
+    """Return the vehicle's true pose, shape (6, rows), of results that are `assessable`.
+
+    It is read from what the arm receives, in our axes and units, so that it is known of a vehicle of any make.
+    """
+    arm = _arm(wiring)
+    if arm is None:
+        return np.stack([results[f"rov_plant.eta.{axis}"] for axis in POSE])
+    return _inputs(results, wiring, f"{arm}.eta")
 
 
 def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
     """Return the pose less the set-point, shape (rows, 6), the angles wrapped, of results that are `assessable`."""
-    eta = np.stack([results[f"rov_plant.eta.{axis}"] for axis in POSE])
-    inputs = [_input(results, wiring, f"adaptive_pd.eta_d.{axis}") for axis in POSE]
-    set_point = np.stack([np.broadcast_to(value, len(results)) for value in inputs])
-    error: NDArray[np.float64] = pose_difference(eta, set_point).T
+    set_point = _inputs(results, wiring, f"{_controller(wiring)}.eta_d")
+    error: NDArray[np.float64] = pose_difference(pose(results, wiring), set_point).T
     return error
 
 
@@ -79,16 +88,16 @@ def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
     # The vehicle has no output for it: the truth is told from the parameters of `rov_plant` and what feeds F_arm.
     theta = _values(wiring, "rov_plant", THETA)
     points = [_values(wiring, f"rov_plant.{point}", XYZ) for point in ("r_B", "r_C", "r_A")]
-    names = results.dtype.names or ()
-    if theta is None or any(point is None for point in points) or "adaptive_pd.disturbance.X" not in names:
+    names, controller = results.dtype.names or (), _controller(wiring)
+    if theta is None or any(point is None for point in points) or f"{controller}.disturbance.X" not in names:
         return []
-    eta = np.array([results[f"rov_plant.eta.{axis}"][-1] for axis in POSE])
+    eta = pose(results, wiring)[:, -1]
     pull = [np.ravel(_input(results, wiring, f"rov_plant.F_arm.{axis}"))[-1] for axis in XYZ]
     true = disturbance_map(eta, *points) @ theta + wrench(points[2], rotation(eta[3:6]).T @ np.array(pull))
     # In the four-DOF form roll and pitch are not adapted, so their estimates mean nothing.
-    estimated = WRENCH if wiring.value("adaptive_pd.control_roll_pitch") else ("X", "Y", "Z", "N")
+    estimated = WRENCH if wiring.value(f"{controller}.control_roll_pitch") else ("X", "Y", "Z", "N")
     return [
-        Force(name, float(results[f"adaptive_pd.disturbance.{name}"][-1]), float(true[WRENCH.index(name)]))
+        Force(name, float(results[f"{controller}.disturbance.{name}"][-1]), float(true[WRENCH.index(name)]))
         for name in estimated
     ]
 
@@ -103,6 +112,8 @@ def report(results: NDArray[Any], wiring: Wiring) -> str:
         lines.append(f"{axis.name:6} {settling:>12} {cells[0]:>11} {cells[1]:>12} {cells[2]:>13}")
     limits = f"{SETTLED['x'] * 1e3:g} mm, or {np.degrees(SETTLED['psi']):g} deg"
     lines.append(f"settles: after this time the error stays within {limits}.")
+    if _element_with(wiring, "eta_d") is None:
+        lines.append("No element has inputs eta_d: the errors are those from a set-point of 0.")
     if found := forces(results, wiring):
         lines += [
             "",
@@ -112,6 +123,29 @@ def report(results: NDArray[Any], wiring: Wiring) -> str:
             unit = "N" if force.name in "XYZ" else "N m"
             lines.append(f"{force.name:12} {force.estimated:>11.3f} {force.true:>11.3f}   {unit}")
     return "\n".join(lines)
+
+
+def _element_with(wiring: Wiring, group: str) -> str | None:
+    """Return the name of the first element that has all inputs of a pose."""
+    wanted = {f"{group}.{axis}" for axis in POSE}
+    for element in wiring.elements:
+        if wanted <= {v.name for v in element.description.modelVariables if v.causality == "input"}:
+            return element.name
+    return None
+
+
+def _arm(wiring: Wiring) -> str | None:
+    arm = _element_with(wiring, "eta")
+    return arm if any(wiring.link_to(f"{arm}.eta.{axis}") for axis in POSE) else None
+
+
+def _controller(wiring: Wiring) -> str:
+    return _element_with(wiring, "eta_d") or "adaptive_pd"
+
+
+def _inputs(results: NDArray[Any], wiring: Wiring, group: str) -> NDArray[np.float64]:
+    values = [_input(results, wiring, f"{group}.{axis}") for axis in POSE]
+    return np.stack([np.broadcast_to(value, len(results)) for value in values])
 
 
 def _input(results: NDArray[Any], wiring: Wiring, end: str) -> Any:

@@ -56,6 +56,18 @@ def _values(context: click.Context, parameter: click.Parameter, assignments: tup
     return values
 
 
+def _swaps(context: click.Context, parameter: click.Parameter, assignments: tuple[str, ...]) -> dict[str, Path]:
+    swaps = {}
+    for assignment in assignments:
+        element, equals, fmu = assignment.partition("=")
+        if not equals or not element or not fmu:
+            raise click.BadParameter(f"expected ELEMENT=FMU, got {assignment!r}")
+        if element in swaps:
+            raise click.BadParameter(f"{element} is swapped twice")
+        swaps[element] = Path(fmu).expanduser()  # no shell does it after the equals sign
+    return swaps
+
+
 def _png(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
     if path is not None and path.suffix != ".png":
         raise click.BadParameter(f"expected a name that ends in .png, got {path}")
@@ -79,6 +91,15 @@ _export = click.option(
 )
 _set = click.option(
     "--set", "values", multiple=True, callback=_values, metavar="ELEMENT.VARIABLE=VALUE", help="Another start value."
+)
+_swap = click.option(
+    "--swap", "swaps", multiple=True, callback=_swaps, metavar="ELEMENT=FMU", help="An FMU in the place of an element."
+)
+_map = click.option(
+    "--map",
+    "map_",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="TOML: how the FMUs of --swap take their places; none if they have the same names.",
 )
 
 
@@ -118,6 +139,8 @@ def build(export: str, all_platforms: bool, plain_ssp: bool) -> None:
 @_coupling
 @_stop_time
 @_set
+@_swap
+@_map
 @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV and plot.")
 def run(
     system: System | Path,
@@ -125,10 +148,21 @@ def run(
     coupling: str,
     stop_time: float | None,
     values: dict[str, str],
+    swaps: dict[str, Path],
+    map_: Path | None,
     output: Path | None,
 ) -> None:
     """Run SYSTEM, a name from `list` or an .ssp file: CSV, plot and a table of results."""
-    session.run(system, export=export, coupling=COUPLINGS[coupling], stop_time=stop_time, values=values, folder=output)
+    session.run(
+        system,
+        export=export,
+        coupling=COUPLINGS[coupling],
+        stop_time=stop_time,
+        values=values,
+        folder=output,
+        swaps=swaps,
+        map_=map_,
+    )
 
 
 @main.command()
@@ -137,6 +171,8 @@ def run(
 @_coupling
 @_stop_time
 @_set
+@_swap
+@_map
 @click.option("--output", type=click.Path(dir_okay=False, path_type=Path), callback=_png, help="The PNG.")
 def compare(
     systems: tuple[System | Path, ...],
@@ -144,17 +180,19 @@ def compare(
     coupling: str,
     stop_time: float | None,
     values: dict[str, str],
+    swaps: dict[str, Path],
+    map_: Path | None,
     output: Path | None,
 ) -> None:
     """Run several SYSTEMS and draw their errors into one figure."""
     runs: dict[str, Run] = {}
     for system in systems:
         label = system.name if isinstance(system, System) else str(system)
-        with session.opened(system, export) as wiring:
+        with session.opened(system, export, swaps, map_) as wiring:
             wiring = wiring.with_values(values)
             results = simulate(wiring, COUPLINGS[coupling], stop_time, warn=session.warn)
-        if not assessable(results):
-            raise click.UsageError(f"{label} has no vehicle rov_plant with a pose eta: there is nothing to compare.")
+        if not assessable(results, wiring):
+            raise click.UsageError(f"{label} has no vehicle with a pose eta: there is nothing to compare.")
         runs[label] = (results, wiring)
     path = output or session.results_folder() / f"compare-{'-'.join(Path(label).stem for label in runs)}.png"
     plot_comparison(runs, path)

@@ -7,7 +7,7 @@ from pathlib import Path
 from fmpy import read_model_description
 
 from ..components.interface import SAMPLE_TIME
-from .wiring import Element, End, Link, Value, Wiring, WiringError, suggestion
+from .wiring import Element, End, Link, Value, Wiring, WiringError, converted, suggestion
 
 Connection = tuple[str, str] | tuple[str, str, Mapping[str, float]]
 
@@ -23,7 +23,7 @@ class System:
     elements : FMU of each element, by the element's name, in the order in which a sequential master steps them.
     connections : pairs ``("element.group", "element.group")`` from outputs to inputs. A group is a variable, or all
         those that are named ``group.*`` or ``group[*]``, matched by what follows. A third item gives factors by the
-        last part of the name, for example `z_down.Z_DOWN`.
+        last part of the name, for example `z_down.Z_DOWN`. Units are converted besides.
     parameters : start values that differ from the FMU's, by element and variable.
     stop_time, step_size : duration of a run and communication step, in s.
     """
@@ -55,16 +55,14 @@ def wire(system: System, fmus: Mapping[str, Path]) -> Wiring:
     known = {element.name: element for element in elements}
     for source, target, *rest in system.connections:
         factors: Mapping[str, float] = rest[0] if rest else {}
-        groups = []
-        for ends in (source, target):
-            name, _, group = ends.partition(".")
-            groups.append(_members(known[name], group) if name in known else {})
+        (from_, _, outputs), (to, _, inputs) = source.partition("."), target.partition(".")
+        groups = [known[name].group(group) if name in known else {} for name, group in ((from_, outputs), (to, inputs))]
         if not groups[0] or groups[0].keys() != groups[1].keys():
             problems.append(f"Connection {source} -> {target}: the variables do not pair up.")
             continue
-        for suffix, start in groups[0].items():
-            end = groups[1][suffix]
-            links.append(Link(start, end, factors.get(end.variable.rsplit(".")[-1], 1.0)))
+        for suffix, output in groups[0].items():
+            factor = factors.get(groups[1][suffix].rsplit(".")[-1], 1.0)
+            links.append(converted(Link(End(from_, output), End(to, groups[1][suffix]), factor), known))
     wiring = Wiring(
         system.name, elements, tuple(links), system.stop_time, system.step_size, description=system.description
     )
@@ -72,12 +70,3 @@ def wire(system: System, fmus: Mapping[str, Path]) -> Wiring:
     if problems:
         raise WiringError(system.name, problems)
     return wiring
-
-
-def _members(element: Element, group: str) -> dict[str, End]:
-    """Return the variables of a group by what follows the group's name."""
-    return {
-        name[len(group) :]: End(element.name, name)
-        for name in element.variables
-        if name == group or name.startswith((f"{group}.", f"{group}["))
-    }

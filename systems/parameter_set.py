@@ -8,7 +8,8 @@ from fmpy.model_description import ModelDescription
 from lxml import etree
 
 from .ssp_xml import STANDARD, parse_strictly
-from .wiring import BASE_UNITS, Base, Value, WiringError, parse, same_unit, suggestion, units_of
+from .units import BASE_UNITS, Base, same_unit, units_of
+from .wiring import Value, WiringError, parse, suggestion
 
 SCHEMA = "SystemStructureParameterValues.xsd"
 

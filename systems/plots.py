@@ -38,7 +38,8 @@ def plot_run(run: Run, path: Path) -> None:
             if panel is panels[2, 1] and name in true:
                 panel.axhline(true[name], color=f"C{i}", linewidth=0.8, linestyle="--")
         _finish(panel, label)
-        panel.legend(ncols=4, fontsize="small")
+        if panel.lines:
+            panel.legend(ncols=4, fontsize="small")
         panel.set_xlabel("time [s]")
     figure.suptitle(wiring.name)
     _save(figure, path)

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ..exporters.build import build_fmus, components, fmu_path
-from . import ssp_reader, ssp_writer
+from . import ssp_reader, ssp_writer, swap_map
 from .assessment import assessable, report
 from .declaration import System, wire
 from .master import Coupling, SimulationError, jacobi, simulate
 from .plots import plot_run
+from .swapping import with_swaps
 from .wiring import Wiring
 
 
@@ -57,13 +58,27 @@ def build(
 
 
 @contextmanager
-def opened(system: System | Path, export: str = "native") -> Iterator[Wiring]:
-    """Yield the wiring of a system, built first in an export, or of any SSP archive, which has its FMUs."""
+def opened(
+    system: System | Path, export: str = "native", swaps: Mapping[str, Path] | None = None, map_: Path | None = None
+) -> Iterator[Wiring]:
+    """Yield the wiring of a system, built first in an export, or of any SSP archive, which has its FMUs.
+
+    Parameters
+    ----------
+    swaps : FMU files that take the place of elements, by element.
+    map_ : a TOML file that tells how (see `swap_map`); none for FMUs with our names.
+
+    Raises
+    ------
+    BuildError : an FMU cannot be built.
+    WiringError : the system, a swap or the map is wrong.
+    """
+    maps = swap_map.read(map_) if map_ else {}
     if isinstance(system, System):
         build(system, export=export)
         system = ssp_path(system, export)
-    with ssp_reader.opened(system) as wiring:
-        yield wiring
+    with ssp_reader.opened(system) as wiring, with_swaps(wiring, swaps or {}, maps, warn) as swapped:
+        yield swapped
 
 
 def run(
@@ -74,8 +89,12 @@ def run(
     values: Mapping[str, str] | None = None,
     stop_time: float | None = None,
     folder: Path | None = None,
+    swaps: Mapping[str, Path] | None = None,
+    map_: Path | None = None,
 ) -> tuple[NDArray[Any], Wiring]:
     """Simulate a system, write NAME.csv and NAME.png, print a table; return the results and the wiring.
+
+    `swaps` and `map_` are those of `opened`.
 
     Raises
     ------
@@ -84,7 +103,7 @@ def run(
     """
     folder = folder or results_folder()
     folder.mkdir(parents=True, exist_ok=True)
-    with opened(system, export) as wiring:
+    with opened(system, export, swaps, map_) as wiring:
         wiring = wiring.with_values(values or {})
         csv = folder / f"{re.sub(r'[^A-Za-z0-9_-]', '_', wiring.name)}.csv"
         try:
@@ -95,12 +114,12 @@ def run(
                 raise SimulationError(f"{error} The results so far are in {csv}.", error.results) from error
             raise
     write_csv(csv, results)
-    if assessable(results):
+    if assessable(results, wiring):
         plot_run((results, wiring), csv.with_suffix(".png"))
         click.echo(report(results, wiring))
         click.echo(f"\n{csv}\n{csv.with_suffix('.png')}")
     else:
-        click.echo("There is no vehicle rov_plant with a pose eta in it, so nothing is assessed or drawn.")
+        click.echo("There is no vehicle with a pose eta in it, so nothing is assessed or drawn.")
         click.echo(csv)
     return results, wiring
 

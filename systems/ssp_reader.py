@@ -6,25 +6,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from zipfile import BadZipFile, ZipFile
 
-from fmpy import read_model_description
 from lxml import etree
 
 from ..components.interface import SAMPLE_TIME
+from .fmu_file import FmuError, unpacked
 from .parameter_set import SCHEMA, Bound, checked_values, parameters, units_in
 from .ssp_xml import NAMESPACES, STANDARD, parse_strictly
-from .wiring import (
-    TYPES,
-    Base,
-    Element,
-    End,
-    Link,
-    Value,
-    Wiring,
-    WiringError,
-    same_unit,
-    suggestion,
-    units_of,
-)
+from .units import Base, same_unit, units_of
+from .wiring import TYPES, Element, End, Link, Value, Wiring, WiringError, converted, suggestion
 
 
 @contextmanager
@@ -70,7 +59,7 @@ class _Reader:
         wiring = Wiring(
             name=document.get("name"),
             elements=tuple(self._system_parameters(system, [element for element in elements if element])),
-            links=tuple(self._links(system)),
+            links=tuple(self._links(system, {element.name: element for element in elements if element})),
             start_time=self._time(document, "startTime", "0"),
             stop_time=self._time(document, "stopTime", None),
             step_size=self._step_size(document),
@@ -97,22 +86,11 @@ class _Reader:
             return None
         folder = self.root / "extracted" / str(i)
         try:
-            with ZipFile(fmu) as archive:
-                archive.extractall(folder)
-            description = read_model_description(str(folder))
-        except Exception as error:  # FMPy raises plain exceptions of many types
-            self.problems.append(f"{name}: {source} is not a readable FMU: {' '.join(str(error).split())}")
-            return None
-        if description.fmiVersion != "2.0" or description.coSimulation is None:
-            self.problems.append(f"{name}: {source} is not an FMU for co-simulation with FMI 2.0.")
+            description = unpacked(fmu, folder, source)
+        except FmuError as error:
+            self.problems.append(f"{name}: {error}")
             return None
         self.unreadable.discard(name)
-        where = str(folder)
-        if (folder / "resources" / "slavemodule.txt").is_file() and (not where.isascii() or set(where) & set("#%")):
-            problem = (
-                f"pythonfmu cannot load it from the temporary folder {where}, whose name is not ASCII or has # or %"
-            )
-            self.problems.append(f"{name}: {problem}: set TMPDIR to another.")
         element = Element(name, folder, description)
         self._check_connectors(component, element, units)
         return Element(name, folder, description, self._values(self._bound(component), element))
@@ -161,7 +139,7 @@ class _Reader:
             values = {**e.start_values, **self._values(bound.get(e.name, ()), e)}
             yield Element(e.name, e.fmu, e.description, values)
 
-    def _links(self, system: etree._Element) -> Iterator[Link]:
+    def _links(self, system: etree._Element, elements: Mapping[str, Element]) -> Iterator[Link]:
         for connection in system.iterfind("ssd:Connections/ssd:Connection", STANDARD):
             source, target = connection.get("startElement"), connection.get("endElement")
             start, end = connection.get("startConnector"), connection.get("endConnector")
@@ -173,7 +151,9 @@ class _Reader:
             elif target is not None and not {source, target} & self.unreadable:
                 transformation = connection.find("ssc:LinearTransformation", STANDARD)
                 factor = 1.0 if transformation is None else float(transformation.get("factor", "1"))
-                yield Link(End(source, start), End(target, end), factor)
+                link = Link(End(source, start), End(target, end), factor)
+                suppressed = connection.get("suppressUnitConversion") in ("true", "1")
+                yield link if suppressed else converted(link, elements)
 
     def _time(self, document: etree._Element, attribute: str, default: str | None) -> float:
         experiment = document.find("ssd:DefaultExperiment", STANDARD)

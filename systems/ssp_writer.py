@@ -13,7 +13,8 @@ from ..exporters import archive
 from ..exporters.model_description import literal
 from . import container
 from .ssp_xml import NAMESPACES
-from .wiring import BASE_UNITS, Element, Wiring
+from .units import BASE_UNITS
+from .wiring import Element, Wiring, unit_factor
 
 PARAMETER_SET = "nominal"
 
@@ -44,7 +45,9 @@ def system_structure(wiring: Wiring) -> bytes:
     for element in wiring.elements:
         _component(elements, element, wiring)
     connections = _child(system, "ssd:Connections")
-    for source, target, factor in wiring.links:
+    by_name = {element.name: element for element in wiring.elements}
+    for link in wiring.links:
+        source, target, factor = link
         connection = _child(
             connections,
             "ssd:Connection",
@@ -53,6 +56,9 @@ def system_structure(wiring: Wiring) -> bytes:
             endElement=target.element,
             endConnector=target.variable,
         )
+        if unit_factor(link, by_name) != 1:
+            # The factor has the unit in it already; other readers convert none, so they get it right too.
+            connection.set("suppressUnitConversion", "true")
         if factor != 1:
             _child(connection, "ssc:LinearTransformation", factor=repr(factor))
     step = repr(wiring.step_size)

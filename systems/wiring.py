@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable
+from fmpy.model_description import ModelDescription, ModelVariable
+
+from .units import conversion, units_of
 
 Value = float | int | bool
-Base = tuple[float, ...]
-"""Exponents of the base units, factor and offset: what a unit means."""
-
-BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 TYPES = ("Real", "Integer", "Boolean")
 LARGEST_INTEGER = 2**31 - 1
 MOST_STEPS = 10_000_000
@@ -39,7 +37,7 @@ class End(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A connection from an output to an input, which receives the output times the factor."""
+    """A connection from an output to an input, which receives the output times the factor, units converted thereby."""
 
     source: End
     target: End
@@ -67,6 +65,14 @@ class Element:
     def variables(self) -> dict[str, ModelVariable]:
         """Variables by name."""
         return {variable.name: variable for variable in self.description.modelVariables}
+
+    def group(self, name: str) -> dict[str, str]:
+        """Return the variables ``name``, ``name.*`` and ``name[*]``, by what follows the name."""
+        return {
+            variable[len(name) :]: variable
+            for variable in self.variables
+            if variable == name or variable.startswith((f"{name}.", f"{name}["))
+        }
 
     def value(self, variable: str) -> Value:
         """Return the start value of an input or parameter."""
@@ -215,23 +221,19 @@ def suggestion(name: str, known: Iterable[str], prefix: str = "") -> str:
     return f" Did you mean {' or '.join(prefix + match for match in close)}?" if close else ""
 
 
-def base_of(unit: BaseUnit) -> Base:
-    """Return what a unit means."""
-    return (*(float(getattr(unit, name)) for name in BASE_UNITS), float(unit.factor), float(unit.offset))
+def converted(link: Link, elements: Mapping[str, Element]) -> Link:
+    """Return a link whose factor converts the source's unit to the target's besides, where it can be."""
+    return link._replace(factor=link.factor * (unit_factor(link, elements) or 1.0))
 
 
-def units_of(description: ModelDescription) -> dict[str, Base]:
-    """Return what the units that an FMU defines mean, by name."""
-    return {unit.name: base_of(unit.baseUnit) for unit in description.unitDefinitions if unit.baseUnit is not None}
-
-
-def same_unit(a: str | None, units_a: Mapping[str, Base], b: str | None, units_b: Mapping[str, Base]) -> bool:
-    """Tell whether numbers in two units mean the same: by definition, else by name; no unit fits any."""
-    if not a or not b:
-        return True
-    if a in units_a and b in units_b:
-        return units_a[a] == units_b[b]
-    return a == b
+def unit_factor(link: Link, elements: Mapping[str, Element]) -> float | None:
+    """Return the factor from the source's unit to the target's; None if there is none, or an end is missing."""
+    found = [(elements[end.element], end.variable) for end in link[:2] if end.element in elements]
+    ends = [(element, element.variables[name]) for element, name in found if name in element.variables]
+    if len(ends) < 2:
+        return None
+    (from_, source), (to, target) = ends
+    return conversion(source.unit, units_of(from_.description), target.unit, units_of(to.description))
 
 
 def _mismatches(where: str, from_: Element, source: ModelVariable, to: Element, target: ModelVariable) -> Iterable[str]:
@@ -239,5 +241,5 @@ def _mismatches(where: str, from_: Element, source: ModelVariable, to: Element, 
         yield f"{where}: type {source.type} does not match {target.type}."
     elif source.type not in TYPES:
         yield f"{where}: type {source.type} is not supported; {', '.join(TYPES)} are."
-    if not same_unit(source.unit, units_of(from_.description), target.unit, units_of(to.description)):
-        yield f"{where}: unit {source.unit} does not match {target.unit}; units are not converted."
+    if conversion(source.unit, units_of(from_.description), target.unit, units_of(to.description)) is None:
+        yield f"{where}: unit {source.unit} does not match {target.unit}: no factor converts one to the other."

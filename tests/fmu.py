@@ -4,7 +4,9 @@ from pathlib import Path
 
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
+from lxml import etree
 
+from rov_cosim.exporters import archive
 from rov_cosim.systems.slave import Slave
 from rov_cosim.systems.wiring import Element
 
@@ -46,3 +48,20 @@ class Fmu:
 
     def step(self, n, h=0.03):
         self.fmu.doStep(n * h, h)
+
+
+def with_units(fmu, path, units, definitions):
+    """Write a copy of an FMU whose variables declare units, by name; definitions are the attributes of BaseUnit."""
+    content = archive.read(fmu)
+    root = etree.fromstring(content["modelDescription.xml"])
+    defined = etree.Element("UnitDefinitions")
+    for name, base in definitions.items():
+        unit = etree.SubElement(defined, "Unit", name=name)
+        if base is not None:
+            etree.SubElement(unit, "BaseUnit", base)
+    root.find("CoSimulation").addnext(defined)
+    for variable in root.iter("ScalarVariable"):
+        if variable.get("name") in units:
+            variable[0].set("unit", units[variable.get("name")])
+    archive.write(path, {**content, "modelDescription.xml": etree.tostring(root)})
+    return path

@@ -1,0 +1,118 @@
+"""The map of a swap, in TOML: which variable of another FMU stands for which of the element that it replaces."""
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from .units import KNOWN
+from .wiring import Value, WiringError, suggestion
+
+_PARTS = {"variables": dict, "constants": dict, "without": list}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What a variable of theirs, or a group of them, is.
+
+    Parameters
+    ----------
+    ours : the variable or group of the element, or an output of another element, ``element.variable``.
+    factor : theirs is so many times ours, in their unit.
+    unit : the unit of theirs, where the FMU declares none.
+    z_down : whether theirs is in axes that count z downwards.
+    """
+
+    ours: str
+    factor: float = 1.0
+    unit: str = ""
+    z_down: bool = False
+
+
+@dataclass(frozen=True)
+class SwapMap:
+    """How another FMU takes the place of an element; what has the same name in both needs no word.
+
+    Parameters
+    ----------
+    variables : what is ours, by the name of theirs, a variable or a group.
+    constants : values for outputs of ours that the FMU has not, by variable or group, in our units.
+    without : inputs of ours that it has no place for, by variable or group.
+    """
+
+    variables: Mapping[str, Entry] = field(default_factory=dict)
+    constants: Mapping[str, Value] = field(default_factory=dict)
+    without: tuple[str, ...] = ()
+
+
+def read(path: Path) -> dict[str, SwapMap]:
+    """Return the maps in a TOML file by element.
+
+    Raises
+    ------
+    WiringError : everything in it that is no map; OSError if there is no such file.
+    """
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise WiringError(str(path), [f"This is not TOML: {error}."]) from None
+    if problems := [problem for element, table in tables.items() for problem in _problems(element, table)]:
+        raise WiringError(str(path), problems)
+    return {element: _map(table) for element, table in tables.items()}
+
+
+def _map(table: Mapping[str, Any]) -> SwapMap:
+    entries = {
+        their: Entry(entry) if isinstance(entry, str) else Entry(**entry)
+        for their, entry in table.get("variables", {}).items()
+    }
+    return SwapMap(entries, table.get("constants", {}), tuple(table.get("without", ())))
+
+
+def _problems(element: str, table: Any) -> Iterator[str]:
+    if not isinstance(table, dict):
+        yield f"{element} stands in no section: expected [ELEMENT], [ELEMENT.variables] or [ELEMENT.constants] before."
+        return
+    for part, content in table.items():
+        where = f"[{element}] {part}"
+        if part not in _PARTS:
+            yield f"{where}: unknown; expected {', '.join(_PARTS)}.{suggestion(part, _PARTS)}"
+        elif not isinstance(content, _PARTS[part]):
+            yield f"{where}: expected a {'table' if _PARTS[part] is dict else 'list of names'}."
+        elif part == "without":
+            yield from (
+                f"{where}: expected names in quotes, got {name!r}." for name in content if type(name) is not str
+            )
+        elif part == "constants":
+            for name, value in content.items():
+                if type(value) not in (int, float, bool) or not isfinite(value):
+                    yield f"{where}: {name} = {value!r}: expected a finite number, true or false{_unquoted(value)}."
+        else:
+            for name, entry in content.items():
+                yield from (f"[{element}.variables] {name}: {problem}" for problem in _entry_problems(entry))
+
+
+def _entry_problems(entry: Any) -> Iterator[str]:
+    if isinstance(entry, str):
+        return
+    if not isinstance(entry, dict) or type(entry.get("ours")) is not str:
+        yield f'expected "OURS" or {{ ours = "OURS", ... }}, got {entry!r}{_unquoted(entry)}.'
+        return
+    for key, value in entry.items():
+        if key == "factor":
+            if type(value) not in (int, float) or not isfinite(value) or value == 0:
+                yield f"factor = {value!r}: expected a finite number that is not 0."
+        elif key == "unit":
+            if value not in KNOWN:
+                yield f"unit = {value!r} is not known; expected one of {', '.join(KNOWN)}."
+        elif key == "z_down":
+            if type(value) is not bool:
+                yield f"z_down = {value!r}: expected true or false."
+        elif key != "ours":
+            yield f"{key} is unknown; expected ours, factor, unit or z_down."
+
+
+def _unquoted(value: Any) -> str:
+    return "; a name with a dot in it needs quotes" if isinstance(value, dict) else ""

@@ -1,0 +1,413 @@
+"""Another team's FMU in the place of an element: held by the unchanged controller, or refused with every reason."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from fmpy import extract, read_model_description
+from pythonfmu.builder import FmuBuilder
+
+from fmu import with_units
+from rov_cosim.components.vehicle import THETA
+from rov_cosim.exporters import archive
+from rov_cosim.systems import session, ssp_reader, swap_map
+from rov_cosim.systems.assessment import axes, errors, report
+from rov_cosim.systems.command import main
+from rov_cosim.systems.declaration import System, wire
+from rov_cosim.systems.master import gauss_seidel, simulate
+from rov_cosim.systems.swap_map import Entry, SwapMap
+from rov_cosim.systems.swapping import swapped, with_swaps
+from rov_cosim.systems.wiring import Element, WiringError
+
+HERE = Path(__file__).parent
+GUIDE = (HERE.parent / "systems" / "README.md").read_text()
+MAP = re.search(r"## Bring your own plant.*?```toml\n(.*?)```", GUIDE, re.S).group(1)
+PUSH = {"north": 3.0, "east": -2.0, "down": 4.0}
+UP = {"x": 3.0, "y": 2.0, "z": -4.0}  # the same with z up
+STIFFNESS = {"x": 80.0, "y": 80.0, "z": 100.0}  # the controller's default
+HEADING = 0.5  # rad, z up
+EXACT = {
+    **{f"rov_plant.push_{axis}": force for axis, force in PUSH.items()},
+    **{f"adaptive_pd.Gamma.{force}": 100.0 for force in THETA},  # without an arm's force yaw is slow: a short run
+    "passive_arm.noise_std": 0.0,
+    "passive_arm.encoder_counts": 0,
+}
+
+
+@pytest.fixture(scope="module")
+def foreign(tmp_path_factory) -> Path:
+    return FmuBuilder.build_FMU(HERE / "fmus" / "foreign_rov.py", tmp_path_factory.mktemp("foreign"))
+
+
+@pytest.fixture(scope="module")
+def ned_plant(tmp_path_factory) -> Path:
+    return FmuBuilder.build_FMU(HERE / "fmus" / "ned_plant.py", tmp_path_factory.mktemp("ned"))
+
+
+def maps(tmp_path, *changes, text=MAP):
+    """Return the maps of the guide's example, some of its text replaced."""
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "map.toml"
+    path.write_text(text)
+    return swap_map.read(path)
+
+
+def run(archives, fmus, maps, values=None, stop_time=120.0, system="station_keeping", **options):
+    with ssp_reader.opened(archives[system]) as wiring, with_swaps(wiring, fmus, maps) as other:
+        other = other.with_values(values or {})
+        return simulate(other, stop_time=stop_time, **options), other
+
+
+def refused(archives, fmus, maps):
+    with pytest.raises(WiringError) as caught:
+        run(archives, fmus, maps)
+    return caught.value.problems
+
+
+def test_the_unchanged_controller_holds_a_vehicle_of_another_make(archives, foreign, tmp_path):
+    values = {**EXACT, "adaptive_pd.eta_d.psi": HEADING}
+    results, wiring = run(archives, {"rov_plant": foreign}, maps(tmp_path), values)
+    assert errors(results, wiring)[-1] == pytest.approx(np.zeros(6), abs=1e-3)
+    assert results["rov_plant.heading"][-1] == pytest.approx(360 - np.degrees(HEADING), abs=0.1)
+    assert results["rov_plant.east"][0] == -0.5  # the system's start, y to port
+    assert results["rov_plant.heading"][0] == pytest.approx(360 - np.degrees(2.0))
+    c, s = np.cos(HEADING), np.sin(HEADING)
+    body = (c * UP["x"] + s * UP["y"], c * UP["y"] - s * UP["x"], UP["z"])
+    assert [results[f"adaptive_pd.disturbance.{axis}"][-1] for axis in "XYZ"] == pytest.approx(body, abs=0.05)
+
+
+def test_without_adaptation_the_offset_is_the_push_by_the_stiffness(archives, foreign, tmp_path):
+    results, wiring = run(
+        archives, {"rov_plant": foreign}, maps(tmp_path), EXACT, 60.0, "station_keeping_pd", coupling=gauss_seidel
+    )
+    found = {axis.name: axis.final for axis in axes(results, wiring)}
+    expected = {axis: UP[axis] / STIFFNESS[axis] for axis in UP}
+    assert found == pytest.approx({**expected, "psi": 0.0}, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    "axis", ['depth = { ours = "eta.z", z_down = true', 'yaw = { ours = "adaptive_pd.tau.N", z_down = true']
+)
+def test_a_wrong_sign_lets_the_vehicle_run_away(archives, foreign, tmp_path, axis):
+    wrong = maps(tmp_path, (axis, axis.replace("true", "false")))
+    results, wiring = run(archives, {"rov_plant": foreign}, wrong, EXACT, stop_time=20.0)
+    assert np.abs(errors(results, wiring)[-1]).max() > 0.5
+
+
+def test_declared_units_are_converted_as_stated_ones_are(archives, foreign, tmp_path):
+    degree = {"deg": {"rad": "1", "factor": repr(np.pi / 180)}}
+    declared = with_units(foreign, tmp_path / "declared.fmu", {"heading": "deg", "start_heading": "deg"}, degree)
+    silent = maps(tmp_path, (', unit = "deg"', ""))
+    by_declaration, _ = run(archives, {"rov_plant": declared}, silent, EXACT, 3.0)
+    by_statement, _ = run(archives, {"rov_plant": foreign}, maps(tmp_path), EXACT, 3.0)
+    assert np.array_equal(by_declaration, by_statement)
+    by_both, _ = run(archives, {"rov_plant": declared}, maps(tmp_path), EXACT, 3.0)
+    assert np.array_equal(by_both, by_statement)
+    by_factor = maps(tmp_path, (', unit = "deg"', f", factor = {180 / np.pi!r}"))
+    scaled, _ = run(archives, {"rov_plant": foreign}, by_factor, EXACT, 3.0)
+    for name in by_statement.dtype.names:
+        assert scaled[name] == pytest.approx(by_statement[name], abs=1e-9)
+
+
+def test_a_unit_that_the_fmu_names_and_does_not_define_is_converted(archives, foreign, tmp_path):
+    named = with_units(foreign, tmp_path / "named.fmu", {"heading": "deg", "start_heading": "deg"}, {"deg": None})
+    by_name, _ = run(archives, {"rov_plant": named}, maps(tmp_path, (', unit = "deg"', "")), EXACT, 3.0)
+    by_statement, _ = run(archives, {"rov_plant": foreign}, maps(tmp_path), EXACT, 3.0)
+    assert np.array_equal(by_name, by_statement)
+
+
+@pytest.mark.parametrize("element", ["rov_plant", "adaptive_pd", "passive_arm"])
+def test_an_fmu_with_our_names_needs_no_map_and_changes_nothing(archives, fmus, element):
+    with ssp_reader.opened(archives["station_keeping"]) as wiring:
+        expected = simulate(wiring, stop_time=3.0)
+        told = []
+        with with_swaps(wiring, {element: fmus[element]}, {}, told.append) as other:
+            assert np.array_equal(simulate(other, stop_time=3.0), expected)
+    assert told == []
+
+
+def test_groups_pair_by_their_endings_with_the_signs_of_z_down(archives, ned_plant, tmp_path):
+    text = """
+        rov_plant.without = ["u", "F_arm"]
+        [rov_plant.variables]
+        pose = { ours = "eta", z_down = true }
+        force = { ours = "adaptive_pd.tau", z_down = true }
+        [rov_plant.constants]
+        nu = 0.0
+    """
+    values = {"adaptive_pd.eta_d.z": 0.3, **{name: EXACT[name] for name in EXACT if "push" not in name}}
+    values |= {f"rov_plant.push.{axis}": force for axis, force in zip("xyz", PUSH.values(), strict=True)}
+    results, wiring = run(archives, {"rov_plant": ned_plant}, maps(tmp_path, text=text), values)
+    assert errors(results, wiring)[-1] == pytest.approx(np.zeros(6), abs=1e-3)
+    assert results["rov_plant.pose.z"][-1] == pytest.approx(-0.3, abs=1e-3)
+    estimate = [results[f"adaptive_pd.disturbance.{axis}"][-1] for axis in "XYZ"]
+    assert estimate == pytest.approx(list(UP.values()), abs=0.05)
+
+
+def test_factors_of_map_and_connection_multiply(plain_gain, tmp_path):
+    system = System("pair", "", {"a": "gain", "b": "gain"}, (("a.y", "b.u", {"u": -2.0}),), 0.3, {"a": {"u": 1.0}})
+    folder = Path(extract(plain_gain, tmp_path / "gain"))
+    wiring = wire(system, {"gain": folder})
+    theirs = {name: Element(name, folder, read_model_description(folder)) for name in "ab"}
+    assert simulate(wiring)["b.y"][-1] == 2 * (-2 * 3) + 1
+    scaled_input = swapped(wiring, theirs["b"], SwapMap({"u": Entry("u", factor=4.0)}))
+    assert simulate(scaled_input)["b.y"][-1] == 2 * (4 * -2 * 3) + 1
+    scaled_output = swapped(wiring, theirs["a"], SwapMap({"y": Entry("y", factor=4.0), "u": Entry("u", factor=-1.0)}))
+    assert simulate(scaled_output)["b.y"][-1] == 2 * (-2 * (2 * -1 + 1) / 4) + 1
+    constant = swapped(wiring, theirs["a"], SwapMap(constants={"y": 5.0}))
+    assert simulate(constant)["b.y"][-1] == 2 * (-2 * 5) + 1
+
+
+def test_constants_reach_their_receivers(archives, foreign, tmp_path):
+    told = maps(tmp_path, ("nu = 0.0", '"nu.u" = 0.25\nnu = 0.5'), ('"eta.phi" = 0.0', '"eta.phi" = 0.01'))
+    _, wiring = run(archives, {"rov_plant": foreign}, told, stop_time=0.3)
+    values = [wiring.value(end) for end in ("adaptive_pd.nu_m.u", "adaptive_pd.nu_m.v", "passive_arm.eta.phi")]
+    assert values == [0.25, 0.5, 0.01]
+
+
+def test_what_the_fmu_has_no_place_for_is_told_in_a_line(archives, foreign, tmp_path):
+    told = []
+    some = maps(tmp_path, ('yaw = { ours = "adaptive_pd.tau.N", z_down = true }', ""))
+    with (
+        ssp_reader.opened(archives["station_keeping"]) as wiring,
+        with_swaps(wiring, {"rov_plant": foreign}, some, told.append),
+    ):
+        pass
+    assert told == [
+        "rov_plant: The FMU has no place for dB, F_C.x, F_C.y, F_A.y, F_A.z: its own values hold.",
+        "rov_plant: Nothing feeds yaw of the FMU: the start value holds.",
+    ]
+
+
+def test_a_controller_with_another_name_for_its_set_point_is_assessed_against_zero_and_it_is_told(
+    archives, fmus, tmp_path
+):
+    content = archive.read(fmus["adaptive_pd"])
+    text = content["modelDescription.xml"].replace(b'name="eta_d.', b'name="target.')
+    archive.write(tmp_path / "renamed.fmu", {**content, "modelDescription.xml": text})
+    renamed = run(archives, {"adaptive_pd": tmp_path / "renamed.fmu"}, {}, stop_time=3.0)
+    note = "No element has inputs eta_d: the errors are those from a set-point of 0."
+    assert note in report(*renamed)
+    assert note not in report(*run(archives, {}, {}, stop_time=3.0))
+
+
+def test_several_elements_are_swapped_one_after_the_other(archives, fmus, foreign, tmp_path):
+    results, wiring = run(
+        archives, {"rov_plant": foreign, "adaptive_pd": fmus["adaptive_pd"]}, maps(tmp_path), EXACT, 3.0
+    )
+    alone, _ = run(archives, {"rov_plant": foreign}, maps(tmp_path), EXACT, 3.0)
+    assert np.array_equal(results, alone)
+    assert [element.name for element in wiring.elements] == ["passive_arm", "adaptive_pd", "rov_plant"]
+
+
+def test_a_swap_leaves_the_system_as_it_was(archives, foreign, tmp_path):
+    folder = Path(extract(foreign, tmp_path / "foreign"))
+    theirs = Element("rov_plant", folder, read_model_description(folder), {"mass": 90.0})
+    with ssp_reader.opened(archives["station_keeping"]) as wiring:
+        before = (wiring.links, [dict(element.start_values) for element in wiring.elements])
+        other = swapped(wiring, theirs, maps(tmp_path)["rov_plant"])
+        assert (wiring.links, [dict(element.start_values) for element in wiring.elements]) == before
+        assert other.value("rov_plant.mass") == 90.0
+
+
+def test_without_a_map_every_open_connection_is_told_with_the_cure(archives, foreign):
+    assert refused(archives, {"rov_plant": foreign}, {}) == [
+        f"rov_plant: The FMU has {what}: map it ([rov_plant.variables]) or {other}."
+        for what, other in (
+            (
+                "nothing for eta.x, eta.y, eta.z, eta.phi, eta.theta, eta.psi, which passive_arm receives",
+                "give a constant ([rov_plant.constants])",
+            ),
+            (
+                "nothing for nu.u, nu.v, nu.w, nu.p, nu.q, nu.r, which adaptive_pd receives",
+                "give a constant ([rov_plant.constants])",
+            ),
+            ("no place for F_arm.x, F_arm.y, F_arm.z, which passive_arm feeds", "name it in [rov_plant] without"),
+            (
+                f"no place for {', '.join(f'u[{i}]' for i in range(1, 9))}, which adaptive_pd feeds",
+                "name it in [rov_plant] without",
+            ),
+        )
+    ]
+
+
+WRONG_SWAPS = {
+    "unknown theirs": (
+        'north = "eta.x"',
+        'norht = "eta.x"',
+        "The map names norht, which the FMU has not. Did you mean",
+    ),
+    "unknown ours": ('"eta.x"', '"eta.w"', "The map names eta.w, which is neither a variable of rov_plant nor an outp"),
+    "unknown source": ('"adaptive_pd.tau.X"', '"adaptive_pd.tau.W"', "Did you mean adaptive_pd.tau.Z"),
+    "own output into input": ('"adaptive_pd.tau.X"', '"tau.X"', "has surge, of causality input, for tau.X, of causal"),
+    "input as source": (
+        '"adaptive_pd.tau.X"',
+        '"adaptive_pd.eta_d.x"',
+        "adaptive_pd.eta_d.x is of causality input, not",
+    ),
+    "parameter as target": ('surge = "adap', 'mass = "adap', "rov_plant.mass is of causality parameter, not input"),
+    "ours twice": ('"eta.x"', '"eta.y"', "The map has eta.y twice: as north and as east."),
+    "mapped and constant": ("nu = 0.0", 'nu = 0.0\n"eta.x" = 0.0', "has eta.x both as north and as left out"),
+    "group for one": ('"eta.x"', '"eta"', "The map has north for eta, which has nothing for north."),
+    "unknown constant": (
+        "nu = 0.0",
+        'nu = 0.0\n"nuu" = 0.0',
+        "The map has nuu in constants, which is no output of ours",
+    ),
+    "unknown without": ('"F_arm"]', '"F_arms"]', "The map has F_arms in without, which is no input of ours. Did you"),
+    "Boolean constant": ("nu = 0.0", "nu = true", "The constant True is not for nu.u, a Real."),
+    "unit of what has none": (
+        "start_east = {",
+        'mass = { ours = "thruster[1].d.x", unit = "kg" }\nstart_east = {',
+        "thruster[1].d.x has no unit that could be converted to the kg of mass: give a factor.",
+    ),
+    "wrong dimension": (
+        'unit = "deg"',
+        'unit = "mm"',
+        "heading is in mm, to which no factor converts the rad of eta.psi",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_SWAPS)
+def test_a_wrong_map_is_refused_with_its_reason(archives, foreign, tmp_path, case):
+    old, new, reason = WRONG_SWAPS[case]
+    told = refused(archives, {"rov_plant": foreign}, maps(tmp_path, (old, new)))
+    assert any(reason in problem for problem in told), told
+
+
+def test_a_stated_unit_that_contradicts_the_declared_one_is_refused(archives, foreign, tmp_path):
+    declared = with_units(foreign, tmp_path / "d.fmu", {"heading": "rad"}, {"rad": {"rad": "1"}})
+    told = refused(archives, {"rov_plant": declared}, maps(tmp_path))
+    assert told == ["rov_plant: The FMU declares heading in rad, and the map says deg."]
+
+
+def test_a_variable_of_theirs_stands_for_one_of_ours_alone(archives, ned_plant, tmp_path):
+    text = '[rov_plant.variables]\npose = "eta"\n"pose.x" = "eta_0.x"\n'
+    assert "rov_plant: The map has pose.x twice." in refused(
+        archives, {"rov_plant": ned_plant}, maps(tmp_path, text=text)
+    )
+
+
+def test_a_start_value_that_is_no_number_takes_no_factor(archives, fmus, tmp_path):
+    text = '[adaptive_pd.variables]\nadaptation = { ours = "adaptation", factor = -1 }\n'
+    with pytest.raises(WiringError) as caught:
+        run(archives, {"adaptive_pd": fmus["adaptive_pd"]}, maps(tmp_path, text=text), system="station_keeping_pd")
+    assert caught.value.problems == [
+        "adaptive_pd: adaptation is a Boolean: it cannot be set as -1 of adaptation, a Boolean."
+    ]
+
+
+def test_a_boolean_takes_no_factor_and_its_constant_is_one(archives, plain_gain, tmp_path):
+    toml = '[passive_arm.variables]\nstarted = {{ ours = "eta_m_valid", factor = -1 }}\n[passive_arm.constants]\n{}'
+    text = toml.format("eta_m = 0.0\nF_arm = 0.0\n")
+    text += '[passive_arm]\nwithout = ["eta"]\n'
+    told = refused(archives, {"passive_arm": plain_gain}, maps(tmp_path, text=text))
+    assert told == [
+        "Connection passive_arm.started -> adaptive_pd.eta_m_valid: the factor -1 is not for a Boolean, or not finite."
+    ]
+    text = text.replace('started = { ours = "eta_m_valid", factor = -1 }', "")
+    number, switch = (f"{text.replace('F_arm = 0.0', f'F_arm = 0.0{chr(10)}eta_m_valid = {v}')}" for v in ("1", "true"))
+    told = refused(archives, {"passive_arm": plain_gain}, maps(tmp_path, text=number))
+    assert told == ["passive_arm: The constant 1 is not for eta_m_valid, a Boolean."]
+    _, wiring = run(archives, {"passive_arm": plain_gain}, maps(tmp_path, text=switch), stop_time=0.3)
+    assert wiring.value("adaptive_pd.eta_m_valid") is True
+
+
+WRONG_TOML = {
+    "x = 3": "x stands in no section: expected [ELEMENT], [ELEMENT.variables]",
+    "= 3": "This is not TOML",
+    '[a.variabels]\nb = "c"': "[a] variabels: unknown; expected variables, constants, without. Did you mean variables?",
+    '[a]\nwithout = "u"': "[a] without: expected a list of names.",
+    "[a]\nwithout = [1]": "[a] without: expected names in quotes, got 1.",
+    "[a]\nvariables = 1": "[a] variables: expected a table.",
+    "[a.variables]\nb = 1": '[a.variables] b: expected "OURS" or { ours = "OURS", ... }, got 1.',
+    '[a.variables]\nb.x = "c"': "a name with a dot in it needs quotes",
+    '[a.variables]\nb = { ours = "c", factor = 0 }': "[a.variables] b: factor = 0: expected a finite number that",
+    '[a.variables]\nb = { ours = "c", factor = inf }': "factor = inf: expected a finite number",
+    '[a.variables]\nb = { ours = "c", factor = true }': "factor = True: expected a finite number",
+    '[a.variables]\nb = { ours = "c", unit = "furlong" }': "unit = 'furlong' is not known; expected one of m, s, kg",
+    '[a.variables]\nb = { ours = "c", z_down = 1 }': "z_down = 1: expected true or false",
+    '[a.variables]\nb = { ours = "c", sign = -1 }': "sign is unknown; expected ours, factor, unit or z_down",
+    "[a.constants]\nb = nan": "[a] constants: b = nan: expected a finite number, true or false",
+    '[a.constants]\nb = "c"': "b = 'c': expected a finite number",
+    "[a.constants]\nb.x = 1": "a name with a dot in it needs quotes",
+}
+
+
+@pytest.mark.parametrize("text", WRONG_TOML)
+def test_a_file_that_is_no_map_is_refused_with_its_reason(tmp_path, text):
+    with pytest.raises(WiringError) as caught:
+        maps(tmp_path, text=text)
+    assert any(WRONG_TOML[text] in problem for problem in caught.value.problems), caught.value.problems
+
+
+def test_everything_wrong_with_a_map_file_is_told_at_once(tmp_path):
+    with pytest.raises(WiringError) as caught:
+        maps(
+            tmp_path,
+            text='[a]\nwith = 1\n[a.variables]\nb = { ours = "c", factor = 0, unit = "x" }\n[b]\nconstants = 1',
+        )
+    assert len(caught.value.problems) == 4
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def sets(values):
+    return [part for name, value in values.items() for part in ("--set", f"{name}={value}")]
+
+
+def test_the_command_runs_the_guides_example(archives, foreign, tmp_path):
+    (tmp_path / "map.toml").write_text(MAP)
+    swap = ("--swap", f"rov_plant={foreign}", "--map", tmp_path / "map.toml")
+    done = call("run", "station_keeping", *swap, *sets(EXACT), "--output", tmp_path)
+    assert done.exit_code == 0, done.output
+    assert "warning: rov_plant: The FMU has no place for dB, F_C.x, F_C.y, F_A.y, F_A.z: its own" in done.output
+    table = {line.split()[0]: line.split() for line in done.output.splitlines() if line.endswith(("mm", "deg"))}
+    assert set(table) >= {"x", "y", "z", "psi"}
+    assert all(abs(float(table[axis][2])) < 5.0 for axis in "xyz")
+    assert (tmp_path / "station_keeping.png").read_bytes().startswith(b"\x89PNG")
+    done = call(
+        "compare", "station_keeping", "station_keeping_pd", *swap, "--stop-time", 0.3, "--output", tmp_path / "c.png"
+    )
+    assert done.exit_code == 0, done.output
+
+
+def test_python_swaps_as_the_command_does(archives, foreign, tmp_path):
+    (tmp_path / "map.toml").write_text(MAP)
+    results, _ = session.run(
+        archives["station_keeping"],
+        swaps={"rov_plant": foreign},
+        map_=tmp_path / "map.toml",
+        stop_time=0.3,
+        folder=tmp_path,
+    )
+    assert "rov_plant.depth" in results.dtype.names
+
+
+def test_what_cannot_be_swapped_ends_with_a_line_for_each_reason(archives, fmus, foreign, plain_gain, tmp_path):
+    (tmp_path / "no.fmu").write_text("hello")
+    (tmp_path / "map.toml").write_text(MAP)
+    map_ = ("--map", tmp_path / "map.toml")
+    for arguments, reason in (
+        (["--swap", foreign], "expected ELEMENT=FMU, got"),
+        (["--swap", "a=b", "--swap", "a=c"], "a is swapped twice"),
+        (["--swap", "rov_plant=none.fmu"], "rov_plant: none.fmu is not a readable FMU"),
+        (["--swap", f"rov_plant={tmp_path / 'no.fmu'}"], "no.fmu is not a readable FMU"),
+        (["--swap", f"rov_plnt={foreign}"], "There is no element rov_plnt. Did you mean rov_plant?"),
+        (list(map_), "The map is for rov_plant, which is not swapped."),
+        (["--swap", f"adaptive_pd={fmus['adaptive_pd']}", *map_], "The map is for rov_plant, which is not swapped."),
+        (["--swap", f"rov_plant={foreign}", "--map", tmp_path / "none.toml"], "none.toml"),
+        (["--swap", f"rov_plant={foreign}", *map_, "--set", "rov_plant.dB=1"], "There is no variable rov_plant.dB"),
+    ):
+        done = call("run", "station_keeping", *arguments, "--output", tmp_path)
+        assert done.exit_code != 0, arguments
+        assert reason in done.output
+        assert "Traceback" not in done.output
+        assert isinstance(done.exception, SystemExit)
