@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..components.frames import pose_difference, rotation
-from ..components.interface import POSE, WRENCH, XYZ
-from ..components.vehicle import THETA, disturbance_map, wrench
-from .wiring import Value, Wiring
+from ..components.frames import pose_difference
+from ..components.interface import POSE, WRENCH
+from .wiring import Wiring
 
 AXES = ("x", "y", "z", "psi")
 SETTLED = {"x": 0.02, "y": 0.02, "z": 0.02, "psi": np.radians(2.0)}
@@ -56,7 +55,7 @@ def pose(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
 
 def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
     """Return the pose less the set-point, shape (rows, 6), the angles wrapped, of results that are `assessable`."""
-    set_point = _inputs(results, wiring, f"{_controller(wiring)}.eta_d")
+    set_point = _inputs(results, wiring, f"{controller_of(wiring)}.eta_d")
     error: NDArray[np.float64] = pose_difference(pose(results, wiring), set_point).T
     return error
 
@@ -83,23 +82,23 @@ def axes(results: NDArray[Any], wiring: Wiring) -> list[Axis]:
     return assessed
 
 
-def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
-    """Return the estimated and the true disturbance wrench at the end; none if the system does not tell both."""
-    # The vehicle has no output for it: the truth is told from the parameters of `rov_plant` and what feeds F_arm.
-    theta = _values(wiring, "rov_plant", THETA)
-    points = [_values(wiring, f"rov_plant.{point}", XYZ) for point in ("r_B", "r_C", "r_A")]
-    names, controller = results.dtype.names or (), _controller(wiring)
-    if theta is None or any(point is None for point in points) or f"{controller}.disturbance.X" not in names:
-        return []
-    eta = pose(results, wiring)[:, -1]
-    pull = [np.ravel(_input(results, wiring, f"rov_plant.F_arm.{axis}"))[-1] for axis in XYZ]
-    true = disturbance_map(eta, *points) @ theta + wrench(points[2], rotation(eta[3:6]).T @ np.array(pull))
-    # In the four-DOF form roll and pitch are not adapted, so their estimates mean nothing.
+def disturbances(results: NDArray[Any], wiring: Wiring) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Return the estimated and the true disturbance wrench over time, by axis; none if the system does not tell both.
+
+    Body frame, N or N m, each of shape (rows,). In the four-DOF form roll and pitch are not estimated.
+    """
+    controller = controller_of(wiring)
     estimated = WRENCH if wiring.value(f"{controller}.control_roll_pitch") else ("X", "Y", "Z", "N")
-    return [
-        Force(name, float(results[f"{controller}.disturbance.{name}"][-1]), float(true[WRENCH.index(name)]))
-        for name in estimated
-    ]
+    ends = {axis: [f"{element}.disturbance.{axis}" for element in (controller, "rov_plant")] for axis in estimated}
+    if not {end for pair in ends.values() for end in pair} <= set(results.dtype.names or ()):
+        return {}
+    return {axis: (results[told], results[true]) for axis, (told, true) in ends.items()}
+
+
+def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
+    """Return the `disturbances` at the end."""
+    found = disturbances(results, wiring).items()
+    return [Force(axis, float(estimated[-1]), float(true[-1])) for axis, (estimated, true) in found]
 
 
 def report(results: NDArray[Any], wiring: Wiring) -> str:
@@ -117,7 +116,7 @@ def report(results: NDArray[Any], wiring: Wiring) -> str:
     if found := forces(results, wiring):
         lines += [
             "",
-            f"{'disturbance':12} {'estimated':>11} {'true':>11}   body frame, at the end; true: without current",
+            f"{'disturbance':12} {'estimated':>11} {'true':>11}   body frame, at the end",
         ]
         for force in found:
             unit = "N" if force.name in "XYZ" else "N m"
@@ -139,7 +138,8 @@ def _arm(wiring: Wiring) -> str | None:
     return arm if any(wiring.link_to(f"{arm}.eta.{axis}") for axis in POSE) else None
 
 
-def _controller(wiring: Wiring) -> str:
+def controller_of(wiring: Wiring) -> str:
+    """Return the name of the element that has the set-point as inputs ``eta_d``."""
     return _element_with(wiring, "eta_d") or "adaptive_pd"
 
 
@@ -152,8 +152,3 @@ def _input(results: NDArray[Any], wiring: Wiring, end: str) -> Any:
     """Return what an input had: its source's results if it is connected, else its start value; 0 if there is none."""
     link = wiring.link_to(end)
     return link.factor * results[str(link.source)] if link else wiring.value(end) or 0.0
-
-
-def _values(wiring: Wiring, prefix: str, labels: tuple[str, ...]) -> NDArray[np.float64] | None:
-    values: list[Value | None] = [wiring.value(f"{prefix}.{label}") for label in labels]
-    return None if any(value is None for value in values) else np.array(values, dtype=float)

@@ -1,9 +1,9 @@
 """The systems of this project, by name."""
 
-from . import paper_simulation, paper_simulation_pd, station_keeping, station_keeping_pd
+from . import fleet, paper_simulation, paper_simulation_pd, station_keeping, station_keeping_pd
 from .declaration import System
 
-SYSTEMS: dict[str, System] = {
-    module.SYSTEM.name: module.SYSTEM
-    for module in (station_keeping, station_keeping_pd, paper_simulation, paper_simulation_pd)
-}
+_PAPER = [module.SYSTEM for module in (station_keeping, station_keeping_pd, paper_simulation, paper_simulation_pd)]
+_FLEET = [fleet.holding(vehicle, controller) for vehicle in fleet.VEHICLES for controller in fleet.CONTROLLERS]
+
+SYSTEMS: dict[str, System] = {system.name: system for system in (*_PAPER, *_FLEET)}

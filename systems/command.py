@@ -1,6 +1,7 @@
 """The command `rov-cosim`."""
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -10,13 +11,16 @@ import click
 from ..exporters.build import EXPORTS, components
 from ..exporters.zig import TARGETS, BuildError, host_platform
 from ..handover.check import CheckError
-from . import session
+from . import options, session
 from .assessment import assessable
 from .catalogue import SYSTEMS
 from .declaration import System
 from .master import COUPLINGS, SimulationError, simulate
+from .matrix import MatrixError
+from .matrix_command import matrix
 from .plots import Run, plot_comparison
-from .wiring import WiringError, suggestion
+from .troubles import TROUBLES, Trouble
+from .wiring import WiringError
 
 
 class _Command(click.Group):
@@ -27,80 +31,8 @@ class _Command(click.Group):
             return super().invoke(context)
         except BrokenPipeError:
             raise  # click ends quietly
-        except (BuildError, CheckError, WiringError, SimulationError, OSError) as error:
+        except (BuildError, CheckError, MatrixError, WiringError, SimulationError, OSError) as error:
             raise click.ClickException(str(error)) from error
-
-
-class _SystemType(click.ParamType[System | Path]):
-    """The name of a system of this project, or the path of an SSP archive."""
-
-    name = "system"
-
-    def convert(self, value: Any, parameter: click.Parameter | None, context: click.Context | None) -> System | Path:
-        if value in SYSTEMS:
-            return SYSTEMS[value]
-        if str(value).endswith(".ssp"):
-            return Path(value)
-        self.fail(
-            f"there is no system {value}.{suggestion(value, SYSTEMS)} Known: {', '.join(SYSTEMS)}; or name an .ssp."
-        )
-
-
-def _values(context: click.Context, parameter: click.Parameter, assignments: tuple[str, ...]) -> dict[str, str]:
-    values = {}
-    for assignment in assignments:
-        name, equals, value = assignment.partition("=")
-        if not equals or not name:
-            raise click.BadParameter(f"expected ELEMENT.VARIABLE=VALUE, got {assignment!r}")
-        values[name.strip()] = value
-    return values
-
-
-def _swaps(context: click.Context, parameter: click.Parameter, assignments: tuple[str, ...]) -> dict[str, Path]:
-    swaps = {}
-    for assignment in assignments:
-        element, equals, fmu = assignment.partition("=")
-        if not equals or not element or not fmu:
-            raise click.BadParameter(f"expected ELEMENT=FMU, got {assignment!r}")
-        if element in swaps:
-            raise click.BadParameter(f"{element} is swapped twice")
-        swaps[element] = Path(fmu).expanduser()  # no shell does it after the equals sign
-    return swaps
-
-
-def _png(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
-    if path is not None and path.suffix != ".png":
-        raise click.BadParameter(f"expected a name that ends in .png, got {path}")
-    return path
-
-
-_coupling = click.option(
-    "--coupling",
-    type=click.Choice(list(COUPLINGS)),
-    default="jacobi",
-    show_default=True,
-    help="How values are handed on.",
-)
-_stop_time = click.option("--stop-time", type=click.FloatRange(min=0, min_open=True), help="End of the run in s.")
-_export = click.option(
-    "--export",
-    type=click.Choice(EXPORTS),
-    default="native",
-    show_default=True,
-    help="Which FMUs: compiled C, or Python in the FMU.",
-)
-_set = click.option(
-    "--set", "values", multiple=True, callback=_values, metavar="ELEMENT.VARIABLE=VALUE", help="Another start value."
-)
-_swap = click.option(
-    "--swap", "swaps", multiple=True, callback=_swaps, metavar="ELEMENT=FMU", help="An FMU in the place of an element."
-)
-_map = click.option(
-    "--map",
-    "map_",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="TOML: how the FMUs of --swap take their places; none if they have the same names.",
-)
 
 
 @click.group(cls=_Command)
@@ -112,13 +44,23 @@ def main() -> None:
 @main.command("list")
 def list_systems() -> None:
     """List the systems."""
-    width = max(map(len, SYSTEMS))
-    for system in SYSTEMS.values():
-        click.echo(f"{system.name:{width}}  {system.description}")
+    _list(SYSTEMS.values())
+
+
+@main.command("troubles")
+def list_troubles() -> None:
+    """List what can go wrong, for --trouble, in the systems of the fleet."""
+    _list(TROUBLES.values())
+
+
+def _list(named: Iterable[System | Trouble]) -> None:
+    width = max(len(one.name) for one in named)
+    for one in named:
+        click.echo(f"{one.name:{width}}  {one.description}")
 
 
 @main.command()
-@_export
+@options.export
 @click.option(
     "--all-platforms", is_flag=True, help="Native binaries for Linux, Windows and macOS, not this machine's alone."
 )
@@ -134,13 +76,14 @@ def build(export: str, all_platforms: bool, plain_ssp: bool) -> None:
 
 
 @main.command()
-@click.argument("system", type=_SystemType())
-@_export
-@_coupling
-@_stop_time
-@_set
-@_swap
-@_map
+@click.argument("system", type=options.SystemType())
+@options.export
+@options.coupling
+@options.stop_time
+@options.set_
+@options.trouble
+@options.swap
+@options.map_
 @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV and plot.")
 def run(
     system: System | Path,
@@ -148,6 +91,7 @@ def run(
     coupling: str,
     stop_time: float | None,
     values: dict[str, str],
+    trouble: str | None,
     swaps: dict[str, Path],
     map_: Path | None,
     output: Path | None,
@@ -159,6 +103,7 @@ def run(
         coupling=COUPLINGS[coupling],
         stop_time=stop_time,
         values=values,
+        trouble=trouble,
         folder=output,
         swaps=swaps,
         map_=map_,
@@ -166,20 +111,22 @@ def run(
 
 
 @main.command()
-@click.argument("systems", type=_SystemType(), nargs=-1, required=True)
-@_export
-@_coupling
-@_stop_time
-@_set
-@_swap
-@_map
-@click.option("--output", type=click.Path(dir_okay=False, path_type=Path), callback=_png, help="The PNG.")
+@click.argument("systems", type=options.SystemType(), nargs=-1, required=True)
+@options.export
+@options.coupling
+@options.stop_time
+@options.set_
+@options.trouble
+@options.swap
+@options.map_
+@click.option("--output", type=click.Path(dir_okay=False, path_type=Path), callback=options.png, help="The PNG.")
 def compare(
     systems: tuple[System | Path, ...],
     export: str,
     coupling: str,
     stop_time: float | None,
     values: dict[str, str],
+    trouble: str | None,
     swaps: dict[str, Path],
     map_: Path | None,
     output: Path | None,
@@ -189,7 +136,7 @@ def compare(
     for system in systems:
         label = system.name if isinstance(system, System) else str(system)
         with session.opened(system, export, swaps, map_) as wiring:
-            wiring = wiring.with_values(values)
+            wiring = (TROUBLES[trouble].applied(wiring) if trouble else wiring).with_values(values)
             results = simulate(wiring, COUPLINGS[coupling], stop_time, warn=session.warn)
         if not assessable(results, wiring):
             raise click.UsageError(f"{label} has no vehicle with a pose eta: there is nothing to compare.")
@@ -260,6 +207,9 @@ def benchmark(system: str) -> None:
     with TemporaryDirectory() as folder:
         for line in benchmarking.report(SYSTEMS[system], folder):
             click.echo(line)
+
+
+main.add_command(matrix)
 
 
 if __name__ == "__main__":

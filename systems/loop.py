@@ -6,15 +6,23 @@ from rov_cosim.exporters.model_description import STOP_TIME
 from rov_cosim.systems.declaration import System
 from rov_cosim.systems.wiring import Value
 
-ELEMENTS = ("passive_arm", "adaptive_pd", "rov_plant")
-CONNECTIONS = (
-    ("rov_plant.eta", "passive_arm.eta"),
-    ("rov_plant.nu", "adaptive_pd.nu_m"),
-    ("passive_arm.eta_m", "adaptive_pd.eta_m"),
-    ("passive_arm.eta_m_valid", "adaptive_pd.eta_m_valid"),
-    ("passive_arm.F_arm", "rov_plant.F_arm"),
-    ("adaptive_pd.u", "rov_plant.u"),
-)
+CONTROLLERS = ("adaptive_pd", "pid")
+"""The components that fit into the loop as its controller."""
+
+
+def connections(controller: str) -> tuple[tuple[str, str], ...]:
+    """Return the connections of the loop with a scenario and this element as its controller."""
+    return (
+        ("scenario.eta_d", f"{controller}.eta_d"),
+        ("scenario.current", "rov_plant.current"),
+        ("scenario.F_umbilical", "rov_plant.F_umbilical"),
+        ("rov_plant.eta", "passive_arm.eta"),
+        ("rov_plant.nu", f"{controller}.nu_m"),
+        ("passive_arm.eta_m", f"{controller}.eta_m"),
+        ("passive_arm.eta_m_valid", f"{controller}.eta_m_valid"),
+        ("passive_arm.F_arm", "rov_plant.F_arm"),
+        (f"{controller}.u", "rov_plant.u"),
+    )
 
 
 def station_keeping_loop(
@@ -24,8 +32,27 @@ def station_keeping_loop(
     return System(
         name=name,
         description=description,
-        elements={element: element for element in ELEMENTS},
-        connections=CONNECTIONS,
+        elements={element: element for element in ("passive_arm", "adaptive_pd", "rov_plant")},
+        connections=tuple(c for c in connections("adaptive_pd") if not c[0].startswith("scenario.")),
+        parameters=parameters,
+        stop_time=stop_time,
+    )
+
+
+def scenario_loop(
+    name: str, description: str, parameters: Mapping[str, Mapping[str, Value]], stop_time: float, controller: str
+) -> System:
+    """Return the same loop with a scenario, and one of `CONTROLLERS` as the element ``controller``."""
+    return System(
+        name=name,
+        description=description,
+        elements={
+            "scenario": "scenario",
+            "passive_arm": "passive_arm",
+            "controller": controller,
+            "rov_plant": "rov_plant",
+        },
+        connections=connections("controller"),
         parameters=parameters,
         stop_time=stop_time,
     )

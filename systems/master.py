@@ -191,8 +191,8 @@ def _deferred_interrupt() -> Iterator[list[int]]:
     A second Ctrl-C is not held back, for the user whose step does not end.
     """
     received: list[int] = []
-    if current_thread() is not main_thread():
-        yield received  # signals go to the main thread
+    if current_thread() is not main_thread() or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        yield received  # signals go to the main thread, or the caller does not want them
         return
 
     def receive(number: int, frame: object) -> None:

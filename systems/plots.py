@@ -12,7 +12,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 from ..components.interface import POSE
-from .assessment import AXES, SETTLED, errors, forces
+from .assessment import AXES, SETTLED, disturbances, errors
 from .wiring import Wiring
 
 Run = tuple[NDArray[Any], Wiring]
@@ -26,17 +26,17 @@ def plot_run(run: Run, path: Path) -> None:
     results, wiring = run
     figure, panels = plt.subplots(3, 2, figsize=(10, 9), sharex=True, layout="constrained")
     _plot_errors(panels.flat[:4], {"": run})
-    true = {force.name: force.true for force in forces(results, wiring)}
-    groups = [
-        ("rov_plant.tau.", "thruster wrench [N, N m]"),
-        ("adaptive_pd.disturbance.", "disturbance, true: dashed [N, N m]"),
-    ]
-    for panel, (prefix, label) in zip(panels[2], groups, strict=True):
-        for i, name in enumerate(("X", "Y", "Z", "N")):
-            if f"{prefix}{name}" in (results.dtype.names or ()):
-                panel.plot(results["time"], results[f"{prefix}{name}"], color=f"C{i}", linewidth=0.8, label=name)
-            if panel is panels[2, 1] and name in true:
-                panel.axhline(true[name], color=f"C{i}", linewidth=0.8, linestyle="--")
+    thrust, unknown = panels[2]
+    told = disturbances(results, wiring)
+    for i, name in enumerate(("X", "Y", "Z", "N")):
+        style = {"color": f"C{i}", "linewidth": 0.8}
+        if f"rov_plant.tau.{name}" in (results.dtype.names or ()):
+            thrust.plot(results["time"], results[f"rov_plant.tau.{name}"], label=name, **style)
+        if name in told:
+            estimated, true = told[name]
+            unknown.plot(results["time"], estimated, label=name, **style)
+            unknown.plot(results["time"], true, linestyle="--", **style)
+    for panel, label in ((thrust, "thruster wrench [N, N m]"), (unknown, "disturbance, true: dashed [N, N m]")):
         _finish(panel, label)
         if panel.lines:
             panel.legend(ncols=4, fontsize="small")

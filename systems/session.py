@@ -18,6 +18,7 @@ from .declaration import System, wire
 from .master import Coupling, SimulationError, jacobi, simulate
 from .plots import plot_run
 from .swapping import with_swaps
+from .troubles import TROUBLES
 from .wiring import Wiring
 
 
@@ -87,6 +88,7 @@ def run(
     export: str = "native",
     coupling: Coupling = jacobi,
     values: Mapping[str, str] | None = None,
+    trouble: str | None = None,
     stop_time: float | None = None,
     folder: Path | None = None,
     swaps: Mapping[str, Path] | None = None,
@@ -94,7 +96,7 @@ def run(
 ) -> tuple[NDArray[Any], Wiring]:
     """Simulate a system, write NAME.csv and NAME.png, print a table; return the results and the wiring.
 
-    `swaps` and `map_` are those of `opened`.
+    `trouble` is one of `TROUBLES`; `swaps` and `map_` are those of `opened`.
 
     Raises
     ------
@@ -104,7 +106,7 @@ def run(
     folder = folder or results_folder()
     folder.mkdir(parents=True, exist_ok=True)
     with opened(system, export, swaps, map_) as wiring:
-        wiring = wiring.with_values(values or {})
+        wiring = (TROUBLES[trouble].applied(wiring) if trouble else wiring).with_values(values or {})
         csv = folder / f"{re.sub(r'[^A-Za-z0-9_-]', '_', wiring.name)}.csv"
         try:
             results = simulate(wiring, coupling, stop_time, progress=_progress, warn=warn)

@@ -23,7 +23,7 @@ PUBLISHED = json.loads((Path(__file__).parent / "published_vehicles.json").read_
 """Facts as the sources have them: in their axes, about their origins."""
 
 TO_PUBLISHED = {"front-right-down": Rotation.from_euler("x", np.pi), "front-left-up": Rotation.identity()}
-OF_THE_EXPERIMENT = ("F_C.", "F_A.", "eta_0.", "nu_0.", "max_step")
+OF_THE_EXPERIMENT = ("F_C.", "F_A.", "eta_0.", "nu_0.", "max_step", "thruster_dead_band")
 DESCRIPTION = describe(PLANT)
 VARIABLES = {variable.name: variable for variable in DESCRIPTION.modelVariables if variable.causality == "parameter"}
 LIMITED = [name for name in PUBLISHED if "thruster_limit_N" in PUBLISHED[name]]

@@ -65,7 +65,13 @@ COMPONENT = Sampled(
         Signal("step_begin", "When the set-point steps", unit="s", minimum=0.0),
         vector("motion", POSE, "Amplitude of the set-point's sine", unit=POSE_UNITS),
         Signal("motion_period", "Period of the set-point's sine", unit="s", start=60.0, minimum=1e-3),
-        Signal("seed", "Selects the variation of the current", type="Integer", start=1, minimum=0),
+        Signal(
+            "seed",
+            "Selects the variation of the current; another than the arm's, which draws from the same source",
+            type="Integer",
+            start=1001,
+            minimum=0,
+        ),
         Signal("sample_time", "Time between samples", unit="s", start=SAMPLE_TIME, minimum=1e-6),
     ),
     states=(

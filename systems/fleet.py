@@ -1,0 +1,110 @@
+"""Published vehicles in the loop: their parameters from a file each, the controllers' gains by one rule.
+
+The rule: each gain of an axis is the paper's times the ratio of the inertias, added mass included, so the closed loop
+has the paper's frequency and the damping that the paper's controller gives; a vehicle's own damping comes on top, as
+there. The gains of x and y are in the earth frame, where surge and sway turn into each other: both take the mean of the
+two. Gamma of a force takes the ratio of the inertia that it moves, and so do the forces of umbilical and arm: a PD
+controller has the paper's offsets. Roll and pitch are free but, as in the paper, not controlled.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..components.adaptive_pd import COMPONENT as ADAPTIVE_PD
+from ..components.interface import POSE, VELOCITY, XYZ, Component
+from ..components.passive_arm import COMPONENT as PASSIVE_ARM
+from ..components.pid import COMPONENT as PID
+from ..components.rov_plant import COMPONENT as ROV_PLANT
+from ..components.vehicle import THETA
+from ..exporters.model_description import describe
+from . import station_keeping
+from .declaration import System
+from .loop import scenario_loop
+from .parameter_set import read_parameter_set
+from .wiring import Value
+
+VEHICLES = {
+    "hoang_kreuzer": "The paper's vehicle, 80 kg",
+    "bluerov2_heavy": "BlueROV2 Heavy, 13.5 kg, after von Benzon et al. 2022",
+    "bluerov2": "BlueROV2, 11.5 kg, after Wu 2018, with a fraction of the damping",
+    "rexrov": "RexROV, 1.9 t, with the figures of the SF 30k",
+    "minerva": "Minerva, 460 kg, after Mo 2015, five thrusters",
+}
+"""Description of each vehicle by name; its parameters are those in vehicles/NAME.ssv."""
+
+CONTROLLERS = ("adaptive_pd", "pid", "pd")
+"""The controllers to compare; pd is adaptive_pd without adaptation."""
+
+STOP_TIME = 300.0
+"""Duration of a run in s: a trouble may come at 60 s, and the yaw is adapted through the arm's lever, which is slow."""
+
+ATTACHMENT = (0.2, 0.5, 0.4)
+"""Where the arm is fixed to the structure, seen from its base on a vehicle in place, in m: in reach from the start."""
+
+
+def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
+    """Return the system in which a controller holds one of `VEHICLES`, from the paper's start, under its loads."""
+    plant = parameters_of(vehicle)
+    component = PID if controller == "pid" else ADAPTIVE_PD
+    known = {**_shared(component, plant), **gains(component, plant)}
+    attachment = {f"attachment.{axis}": plant[f"r_A.{axis}"] + gap for axis, gap in zip(XYZ, ATTACHMENT, strict=True)}
+    return scenario_loop(
+        vehicle if controller == "adaptive_pd" else f"{vehicle}_{controller}",
+        f"{VEHICLES[vehicle]}, held by {controller}",
+        {
+            "passive_arm": {**_shared(PASSIVE_ARM, plant), **attachment},
+            "controller": {**known, "adaptation": False} if controller == "pd" else known,
+            "rov_plant": {**plant, "eta_0.y": 0.5, "eta_0.psi": 2.0, **loads(plant)},
+        },
+        STOP_TIME,
+        component.name,
+    )
+
+
+@cache
+def parameters_of(vehicle: str) -> Mapping[str, Value]:
+    """Return the parameters of `rov_plant` for one of `VEHICLES`."""
+    return read_parameter_set(Path(__file__).parent / "vehicles" / f"{vehicle}.ssv", describe(ROV_PLANT))
+
+
+def inertia(plant: Mapping[str, Value]) -> NDArray[np.float64]:
+    """Return the inertia of each axis, shape (6,), in kg and kg m^2: the diagonal of M."""
+    rigid = ["mass", "mass", "mass", "I.xx", "I.yy", "I.zz"]
+    return np.array([plant[name] + plant[f"added_mass.{axis}"] for name, axis in zip(rigid, VELOCITY, strict=True)])
+
+
+def ratios(plant: Mapping[str, Value]) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the inertia relative to the paper's vehicle: by axis of the pose, and by unknown force."""
+    paper = _declared(ROV_PLANT)
+    ratio = inertia(plant) / inertia(paper)
+    ratio[:2] = ratio[:2].mean()
+    by_axis = dict(zip(POSE, ratio.tolist(), strict=True))
+    return by_axis, {force: by_axis["x" if force[-1] in "xy" else "z"] for force in THETA}
+
+
+def gains(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the gains of a controller for a vehicle: the declared ones, which are the paper's, scaled."""
+    by_axis, by_force = ratios(plant)
+    declared = _declared(component)
+    scaled = {name: by_axis[name.partition(".")[2]] for name in declared if name.startswith("K_")}
+    scaled |= {name: by_force[name.partition(".")[2]] for name in declared if name.startswith("Gamma.")}
+    return {name: float(f"{declared[name] * ratio:.4g}") for name, ratio in scaled.items()}
+
+
+def loads(plant: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the forces of umbilical and arm: those of the paper's experiment, scaled."""
+    _, by_force = ratios(plant)
+    paper = station_keeping.SYSTEM.parameters["rov_plant"]
+    return {name: float(f"{paper[name] * by_force[name]:.4g}") for name in THETA if name != "dB" and name in paper}
+
+
+def _declared(component: Component) -> dict[str, float]:
+    return dict(zip(component.p.names, component.p.start.tolist(), strict=True))
+
+
+def _shared(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
+    return {name: plant[name] for name in component.p.names if name in plant}

@@ -1,0 +1,135 @@
+"""The matrix: every vehicle, with every controller, in every trouble, run in parallel processes and scored."""
+
+import signal
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, contextmanager
+from functools import cache
+from itertools import product
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+from fmpy import extract
+
+from ..exporters.build import build_fmus, components, fmu_path
+from .declaration import wire
+from .fleet import holding
+from .master import SimulationError, simulate
+from .scores import Score, score
+from .ship import DoesNotApplyError
+from .swap_map import SwapMap
+from .swapping import with_swaps
+from .troubles import TROUBLES
+from .wiring import Wiring, WiringError
+
+
+class Cell(NamedTuple):
+    """A place in the matrix."""
+
+    vehicle: str
+    controller: str
+    trouble: str
+
+
+Scores = dict[Cell, Score]
+Loops = Mapping[tuple[str, str], Wiring]
+"""The loop of each vehicle and controller, its FMUs extracted."""
+
+
+class MatrixError(RuntimeError):
+    """The matrix did not get to its end; `scores` holds what was computed until then."""
+
+    def __init__(self, message: str, scores: Scores) -> None:
+        super().__init__(message)
+        self.scores = scores
+
+
+@contextmanager
+def wired(
+    root: Path,
+    vehicles: Sequence[str],
+    controllers: Sequence[str],
+    swaps: Mapping[str, Path] | None = None,
+    maps: Mapping[str, SwapMap] | None = None,
+    warn: Callable[[str], None] = lambda message: None,
+) -> Iterator[Loops]:
+    """Yield the loop of each vehicle with each controller, with native FMUs that are built below `root`.
+
+    The FMUs are extracted until the context ends. `swaps` and `maps` are those of `swapping.with_swaps`.
+    """
+    build_fmus(root)
+    with ExitStack() as stack:
+        folder = stack.enter_context(TemporaryDirectory(prefix="rov_cosim_"))
+        fmus = {name: Path(extract(str(fmu_path(root, name)), f"{folder}/{name}")) for name in components()}
+        loops = {pair: wire(holding(*pair), fmus) for pair in product(vehicles, controllers)}
+        told = cache(warn)  # the same for every loop
+        yield {
+            pair: stack.enter_context(with_swaps(wiring, swaps or {}, maps or {}, told))
+            for pair, wiring in loops.items()
+        }
+
+
+def run_all(
+    loops: Loops,
+    troubles: Sequence[str],
+    jobs: int,
+    progress: Callable[[Iterable[Any], int], Iterable[Any]] = lambda done, total: done,
+) -> Scores:
+    """Run each loop in each of `TROUBLES` that is named, in so many processes, and return the scores in this order.
+
+    A trouble that a loop has no place for leaves its cell out. `progress` wraps the runs as they come to an end.
+
+    Raises
+    ------
+    MatrixError : interrupted, or a process died; it holds the scores so far.
+    """
+    cells = [Cell(*loop, trouble) for loop, trouble in product(loops, troubles)]
+    done: dict[Cell, Score | None] = {}
+
+    def scores() -> Scores:
+        return {cell: found for cell in cells if (found := done.get(cell)) is not None}
+
+    # Processes that are spawned, not forked, inherit no locks of this one's threads.
+    with ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_begin, initargs=(loops,)) as pool:
+        futures = {pool.submit(_run, cell): cell for cell in cells}
+        try:
+            for future in progress(as_completed(futures), len(cells)):
+                done[futures[future]] = future.result()
+        except KeyboardInterrupt:
+            message = f"Interrupted after {len(done)} of {len(cells)} runs."
+            raise MatrixError(message, scores()) from None
+        except BrokenProcessPool:
+            message = f"A process died, of an FMU that crashed it, after {len(done)} of {len(cells)} runs."
+            raise MatrixError(message, scores()) from None
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+    return scores()
+
+
+def score_of(wiring: Wiring, trouble: str) -> Score | None:
+    """Return the score of a loop in one of `TROUBLES`; None if the loop has no place for it."""
+    try:
+        troubled = TROUBLES[trouble].applied(wiring)
+    except DoesNotApplyError:
+        return None
+    try:
+        return score(simulate(troubled), troubled)
+    except (SimulationError, WiringError) as error:
+        return Score("lost", reason=str(error))
+
+
+_loops: Loops = {}
+"""What a process of the pool runs."""
+
+
+def _begin(loops: Loops) -> None:
+    global _loops
+    _loops = loops
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
+
+
+def _run(cell: Cell) -> Score | None:
+    return score_of(_loops[cell.vehicle, cell.controller], cell.trouble)

@@ -1,0 +1,96 @@
+"""The matrix on paper: CSV with every score, Markdown with a table a vehicle, a heat map to be read at a glance."""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.colors import ListedColormap
+
+from .matrix import Cell, Scores
+from .scores import VERDICTS, Score
+from .troubles import TROUBLES
+
+_COLOURS = ("#7fbf7b", "#fee08b", "#f4a261", "#d1495b")
+_NOT_RUN = "#eeeeee"
+
+
+def write_csv(scores: Scores, path: Path) -> None:
+    """Write a row for each cell with all that was scored, in SI units and rad."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([*Cell._fields, *(field.name for field in fields(Score))])
+        for cell, score in scores.items():
+            values = ("" if v is None else f"{v:.6g}" if isinstance(v, float) else v for v in asdict(score).values())
+            writer.writerow([*cell, *values])
+
+
+def markdown(scores: Scores) -> str:
+    """Return a table for each vehicle: verdict and root mean square error of each controller in each trouble."""
+    vehicles, controllers, troubles = _axes(scores)
+    lines: list[str] = []
+    for vehicle in vehicles:
+        lines += [f"## {vehicle}", "", f"| | {' | '.join(controllers)} |", "|---" * (1 + len(controllers)) + "|"]
+        for trouble in troubles:
+            cells = [_told(scores.get(Cell(vehicle, controller, trouble))) for controller in controllers]
+            lines.append(f"| {trouble} | {' | '.join(cells)} |")
+        lines.append("")
+    lines += ["| trouble | |", "|---|---|", *(f"| {name} | {TROUBLES[name].description} |" for name in troubles), ""]
+    return "\n".join(lines)
+
+
+def draw_heat_map(scores: Scores, path: Path) -> None:
+    """Write a PNG: the verdict of each cell by colour, and its root mean square errors."""
+    vehicles, controllers, troubles = _axes(scores)
+    columns = [(vehicle, controller) for vehicle in vehicles for controller in controllers]
+    found = [[scores.get(Cell(*column, trouble)) for column in columns] for trouble in troubles]
+    verdicts = np.array([[-1 if s is None else VERDICTS.index(s.verdict) for s in row] for row in found])
+    size = (2.6 + 0.75 * len(columns), 2.0 + 0.27 * len(troubles))
+    figure, panel = plt.subplots(figsize=size, layout="constrained")
+    panel.imshow(verdicts, cmap=ListedColormap([_NOT_RUN, *_COLOURS]), vmin=-1, vmax=len(VERDICTS) - 1, aspect="auto")
+    for i, row in enumerate(found):
+        for j, score in enumerate(row):
+            if score and score.verdict != "lost":
+                panel.text(j, i, _errors(score, "{:.0f}  {:.1f}°"), ha="center", va="center", fontsize=7)
+    panel.set_yticks(range(len(troubles)), troubles, fontsize=8)
+    panel.set_xticks(range(len(columns)), [controller for _, controller in columns], fontsize=7, rotation=90)
+    panel.tick_params(length=0)
+    for i, vehicle in enumerate(vehicles):
+        middle = (i + 0.5) * len(controllers) - 0.5
+        panel.text(middle, -0.8, vehicle, ha="center", va="bottom", fontsize=8, weight="bold")
+        panel.axvline((i + 1) * len(controllers) - 0.5, color="white", linewidth=4)
+    panel.set_xticks(np.arange(len(columns)) - 0.5, minor=True)
+    panel.set_yticks(np.arange(len(troubles)) - 0.5, minor=True)
+    panel.grid(which="minor", color="white", linewidth=0.8)
+    panel.tick_params(which="minor", length=0)
+    for side in panel.spines.values():
+        side.set_visible(False)
+    handles = [plt.Rectangle((0, 0), 1, 1, color=colour) for colour in (*_COLOURS, _NOT_RUN)]
+    labels = [*VERDICTS, "does not apply"]
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
+    figure.suptitle("Verdict, and root mean square errors in hold: position [mm], yaw", fontsize=10)
+    figure.savefig(path, dpi=130, metadata={"Software": None})
+    plt.close(figure)
+
+
+def _axes(scores: Scores) -> Sequence[list[str]]:
+    """Return vehicles, controllers and troubles, each in the order of their first appearance."""
+    return [list(dict.fromkeys(cell[i] for cell in scores)) for i in range(3)]
+
+
+def _told(score: Score | None) -> str:
+    if score is None:
+        return ""
+    if score.verdict == "lost":
+        return "lost"
+    return f"{score.verdict}, {_errors(score, '{:.0f} mm, {:.1f} deg')}"
+
+
+def _errors(score: Score, form: str) -> str:
+    """Return the root mean square errors of position, in mm, and yaw, in degrees."""
+    return form.format(1e3 * (score.rms or 0.0), np.degrees(score.rms_yaw or 0.0))

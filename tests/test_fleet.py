@@ -1,0 +1,89 @@
+"""The published vehicles in the loop: the gains' rule, and that each vehicle is held as predicted."""
+
+import numpy as np
+import pytest
+
+from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
+from rov_cosim.components.vehicle import THETA
+from rov_cosim.systems import station_keeping
+from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, holding, parameters_of
+from rov_cosim.systems.master import simulate
+from rov_cosim.systems.matrix import Cell, run_all, wired
+from rov_cosim.systems.session import project_root
+
+PAPER = dict(zip(CONTROLLER.p.names, CONTROLLER.p.start.tolist(), strict=True))
+TOTALS = {"x": 120.0, "y": 128.0, "z": 136.0, "psi": 14.7}
+"""The paper's inertia, rigid body and added mass, in kg and kg m^2."""
+
+
+def totals(vehicle):
+    """Return the inertia by axis of the pose, written out from the vehicle's file."""
+    p = parameters_of(vehicle)
+    linear = {a: p["mass"] + p[f"added_mass.{b}"] for a, b in zip("xyz", "uvw", strict=True)}
+    return {**linear, "psi": p["I.zz"] + p["added_mass.r"]}
+
+
+def poles(K_P, K_D, M):
+    return np.sort_complex(np.roots([M, K_D, K_P]))
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+def test_the_closed_loop_has_the_papers_frequency_and_damping(vehicle):
+    gains, M = holding(vehicle).parameters["controller"], totals(vehicle)
+    for axis in ("z", "psi"):
+        found = poles(gains[f"K_P.{axis}"], gains[f"K_D.{axis}"], M[axis])
+        assert found == pytest.approx(poles(PAPER[f"K_P.{axis}"], PAPER[f"K_D.{axis}"], TOTALS[axis]), rel=1e-3)
+    # In the earth frame surge and sway share their gains: the loop has the paper's poles for their mean.
+    mean, paper = (M["x"] + M["y"]) / 2, (TOTALS["x"] + TOTALS["y"]) / 2
+    for axis in "xy":
+        found = poles(gains[f"K_P.{axis}"], gains[f"K_D.{axis}"], mean)
+        assert found == pytest.approx(poles(PAPER[f"K_P.{axis}"], PAPER[f"K_D.{axis}"], paper), rel=0.03)
+
+
+def test_the_papers_vehicle_has_the_papers_gains_and_loads():
+    system = holding("hoang_kreuzer")
+    gains = {name: value for name, value in system.parameters["controller"].items() if name[0] in "KG"}
+    assert gains == pytest.approx({name: PAPER[name] for name in gains})
+    assert len(gains) == 6 + 6 + len(THETA)
+    experiment = station_keeping.SYSTEM.parameters["rov_plant"]
+    assert {name: system.parameters["rov_plant"][name] for name in experiment} == experiment
+
+
+@pytest.fixture(scope="module")
+def loops(fmus):
+    with wired(project_root(), list(VEHICLES), CONTROLLERS) as loops:
+        yield loops
+
+
+@pytest.fixture(scope="module")
+def still_water(loops):
+    return run_all(loops, ["still_water"], jobs=2)
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+@pytest.mark.parametrize("controller", ["adaptive_pd", "pid"])
+def test_every_vehicle_holds_in_still_water(still_water, vehicle, controller):
+    score = still_water[Cell(vehicle, controller, "still_water")]
+    assert score.verdict == "held"
+    assert score.mean < 5e-3
+    assert score.settling is not None
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+def test_every_vehicle_has_the_predicted_offset_with_pd(loops, vehicle):
+    wiring = loops[vehicle, "pd"]
+    results = simulate(wiring, stop_time=120.0)
+    last = results["time"] > 90.0
+    force = dict(zip(THETA, (wiring.value(f"rov_plant.{name}") for name in THETA), strict=True))
+    # At rest the thrusters give what the spring asks for, and that is all the unknown forces, whatever the attitude.
+    for axis in "xyz":
+        unknown = force[f"F_C.{axis}"] + force[f"F_A.{axis}"] + (force["dB"] if axis == "z" else 0.0)
+        offset = unknown / wiring.value(f"controller.K_P.{axis}")
+        assert results[f"rov_plant.eta.{axis}"][last].mean() == pytest.approx(offset, abs=1.5e-3)
+        assert abs(offset) > 0.03
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+def test_the_arm_reaches_the_structure_from_start_to_end(loops, vehicle):
+    results = simulate(loops[vehicle, "adaptive_pd"], stop_time=60.0)
+    assert results["passive_arm.attached"].all()
