@@ -55,7 +55,7 @@ def draw_heat_map(scores: Scores, path: Path) -> None:
     panel.imshow(verdicts, cmap=ListedColormap([_NOT_RUN, *_COLOURS]), vmin=-1, vmax=len(VERDICTS) - 1, aspect="auto")
     for i, row in enumerate(found):
         for j, score in enumerate(row):
-            if score and score.verdict != "lost":
+            if score:
                 panel.text(j, i, _errors(score, "{:.0f}  {:.1f}°"), ha="center", va="center", fontsize=7)
     panel.set_yticks(range(len(troubles)), troubles, fontsize=8)
     panel.set_xticks(range(len(columns)), [controller for _, controller in columns], fontsize=7, rotation=90)
@@ -84,13 +84,11 @@ def _axes(scores: Scores) -> Sequence[list[str]]:
 
 
 def _told(score: Score | None) -> str:
-    if score is None:
-        return ""
-    if score.verdict == "lost":
-        return "lost"
-    return f"{score.verdict}, {_errors(score, '{:.0f} mm, {:.1f} deg')}"
+    return "" if score is None else f"{score.verdict}, {_errors(score, '{:.0f} mm, {:.1f} deg')}".rstrip(", ")
 
 
 def _errors(score: Score, form: str) -> str:
-    """Return the root mean square errors of position, in mm, and yaw, in degrees."""
+    """Return the root mean square errors of position, in mm, and yaw, in degrees; of a lost vehicle why, if known."""
+    if score.verdict == "lost":
+        return "failed" if score.reason else ""
     return form.format(1e3 * (score.rms or 0.0), np.degrees(score.rms_yaw or 0.0))

@@ -150,8 +150,8 @@ _LIST = (
     ),
     Trouble(
         "wrong_r_B",
-        "the controller takes the buoyancy to be at the bow",
-        lambda ship: {"controller.r_B.x": ship.value("rov_plant.r_A.x")},
+        "the controller takes the buoyancy to be a tenth of r_A ahead of its place",
+        lambda ship: {"controller.r_B.x": ship.value("rov_plant.r_B.x") + 0.1 * ship.value("rov_plant.r_A.x")},
     ),
     Trouble("noise_2", "10 mm of noise", _scaled("passive_arm.noise_std", by=2.0)),
     Trouble("noise_4", "20 mm of noise", _scaled("passive_arm.noise_std", by=4.0)),

@@ -15,6 +15,7 @@ from rov_cosim.components.interface import VELOCITY
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
 from rov_cosim.components.rov_plant import equations
 from rov_cosim.exporters.model_description import describe, literal
+from rov_cosim.systems.fleet import VEHICLES
 from rov_cosim.systems.parameter_set import read_parameter_set
 from rov_cosim.systems.ssp_writer import PARAMETER_SET
 
@@ -44,7 +45,7 @@ def turn(vehicle):
 
 
 def test_there_is_a_file_for_each_vehicle():
-    assert set(FILES) == {"hoang_kreuzer", *PUBLISHED}
+    assert set(FILES) == set(VEHICLES) == {"hoang_kreuzer", *PUBLISHED}
 
 
 @pytest.mark.parametrize("vehicle", FILES)
