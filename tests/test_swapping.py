@@ -1,5 +1,6 @@
 """Another team's FMU in the place of an element: held by the unchanged controller, or refused with every reason."""
 
+import csv
 import re
 from pathlib import Path
 
@@ -411,3 +412,22 @@ def test_what_cannot_be_swapped_ends_with_a_line_for_each_reason(archives, fmus,
         assert reason in done.output
         assert "Traceback" not in done.output
         assert isinstance(done.exception, SystemExit)
+
+
+def test_a_vehicle_of_another_make_gets_the_same_table(fmus, foreign, tmp_path):
+    text = MAP.replace("adaptive_pd.", "controller.").replace('"F_arm"]', '"F_arm", "F_umbilical", "current"]')
+    (tmp_path / "map.toml").write_text(text)
+    some = [f"--trouble={name}" for name in ("still_water", "noise_2", "delay_3", "current", "arm_pull", "dead_band")]
+    some += ["--vehicle=hoang_kreuzer", "--jobs=2", "--set=rov_plant.push_north=4"]
+    swap = [f"--swap=rov_plant={foreign}", f"--map={tmp_path / 'map.toml'}"]
+    done = CliRunner().invoke(main, ["matrix", *some, *swap, f"--output={tmp_path}"])
+    assert done.exit_code == 0, done.output
+    assert done.output.count("has no place for") == 1  # told once, not for every controller
+    with open(tmp_path / "matrix.csv") as file:
+        rows = {(row["controller"], row["trouble"]): row for row in csv.DictReader(file)}
+    # What it does not listen to does not apply: current, the arm's pull, a dead band of our thrusters.
+    assert {trouble for _, trouble in rows} == {"still_water", "noise_2", "delay_3"}
+    for trouble in ("still_water", "noise_2", "delay_3"):
+        assert rows["adaptive_pd", trouble]["verdict"] == rows["pid", trouble]["verdict"] == "held"
+        assert rows["pd", trouble]["verdict"] == "offset"
+        assert float(rows["pd", trouble]["mean"]) == pytest.approx(4 / STIFFNESS["x"], abs=1e-3)
