@@ -2,7 +2,7 @@
 
 import os
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,10 @@ from .scores import VERDICTS
 from .troubles import TROUBLES
 
 
-def _some(name: str, known: Iterable[str]) -> Any:
+_Decorator = Callable[[Callable[..., None]], Callable[..., None]]
+
+
+def _some(name: str, known: Iterable[str]) -> _Decorator:
     return click.option(
         f"--{name}",
         f"{name}s",
@@ -80,5 +83,5 @@ def _write(scores: Scores, folder: Path) -> None:
         click.echo(folder / f"matrix.{suffix}")
 
 
-def _progress(runs: Iterable[Any], total: int) -> Iterable[Any]:
+def _progress(runs: Iterable[Any], total: int) -> Any:
     return tqdm(runs, total=total, unit="run", leave=False, disable=None)

@@ -11,6 +11,7 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch
 
 from .matrix import Cell, Scores
 from .scores import VERDICTS, Score
@@ -70,7 +71,7 @@ def draw_heat_map(scores: Scores, path: Path) -> None:
     panel.tick_params(which="minor", length=0)
     for side in panel.spines.values():
         side.set_visible(False)
-    handles = [plt.Rectangle((0, 0), 1, 1, color=colour) for colour in (*_COLOURS, _NOT_RUN)]
+    handles = [Patch(color=colour) for colour in (*_COLOURS, _NOT_RUN)]
     labels = [*VERDICTS, "does not apply"]
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
     figure.suptitle("Verdict, and root mean square errors in hold: position [mm], yaw", fontsize=10)
