@@ -15,7 +15,6 @@ from .matrix import MatrixError, Scores, run_all, wired
 from .scores import VERDICTS
 from .troubles import TROUBLES
 
-
 _Decorator = Callable[[Callable[..., None]], Callable[..., None]]
 
 

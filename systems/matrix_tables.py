@@ -19,6 +19,12 @@ from .troubles import TROUBLES
 
 _COLOURS = ("#7fbf7b", "#fee08b", "#f4a261", "#d1495b")
 _NOT_RUN = "#eeeeee"
+_HEAD = """\
+# The matrix
+
+Written by `rov-cosim matrix`. A cell has the verdict, the root mean square errors of position and yaw in hold, and the
+time after which every axis stays settled; it is empty where the trouble does not apply. The rules are in [FLEET.md](FLEET.md).
+"""
 
 
 def write_csv(scores: Scores, path: Path) -> None:
@@ -32,9 +38,9 @@ def write_csv(scores: Scores, path: Path) -> None:
 
 
 def markdown(scores: Scores) -> str:
-    """Return a table for each vehicle: verdict and root mean square error of each controller in each trouble."""
+    """Return a page with a table for each vehicle: how each controller did in each trouble."""
     vehicles, controllers, troubles = _axes(scores)
-    lines: list[str] = []
+    lines = [_HEAD]
     for vehicle in vehicles:
         lines += [f"## {vehicle}", "", f"| | {' | '.join(controllers)} |", "|---" * (1 + len(controllers)) + "|"]
         for trouble in troubles:
@@ -85,7 +91,10 @@ def _axes(scores: Scores) -> Sequence[list[str]]:
 
 
 def _told(score: Score | None) -> str:
-    return "" if score is None else f"{score.verdict}, {_errors(score, '{:.0f} mm, {:.1f} deg')}".rstrip(", ")
+    if score is None:
+        return ""
+    settling = "" if score.settling is None else f"{score.settling:.0f} s"
+    return ", ".join(filter(None, (score.verdict, _errors(score, "{:.0f} mm, {:.1f} deg"), settling)))
 
 
 def _errors(score: Score, form: str) -> str:

@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from click.testing import CliRunner
 
 from rov_cosim.systems import matrix_tables
 from rov_cosim.systems.command import main
-from rov_cosim.systems.fleet import STOP_TIME
+from rov_cosim.systems.fleet import CONTROLLERS, STOP_TIME, VEHICLES
 from rov_cosim.systems.master import simulate
 from rov_cosim.systems.matrix import Cell, MatrixError, run_all, score_of, wired
 from rov_cosim.systems.scores import HOLD, LOST, OFFSET, SWAY, Score, score
@@ -214,6 +215,30 @@ def test_an_interrupted_matrix_keeps_its_scores(loops):
         run_all(loops, ["still_water", "delay_5"], jobs=1, progress=interrupted)
     assert len(error.value.scores) == 2
     assert all(isinstance(found, Score) for found in error.value.scores.values())
+
+
+@pytest.mark.slow
+def test_the_page_has_the_verdicts_of_the_matrix_and_each_failure_is_explained(fmus):
+    with wired(project_root(), list(VEHICLES), CONTROLLERS) as loops:
+        scores = run_all(loops, list(TROUBLES), jobs=os.cpu_count())
+
+    def verdicts(text):
+        # The digits of a vehicle that swings are those of its last rounding; the verdicts are not.
+        return re.sub(r", [\d., a-z]*(?= \|)", "", text)
+
+    page = (project_root() / "systems" / "MATRIX.md").read_text()
+    assert verdicts(matrix_tables.markdown(scores)) == verdicts(page)
+    told = (project_root() / "systems" / "FLEET.md").read_text().partition("## Why each trouble fails")[2]
+    explained = {name for row in re.findall(r"^\| (`.*?) \|", told, re.M) for name in re.findall(r"`(\w+)`", row)}
+    if {"delay_7", "delay_10"} <= explained:
+        explained |= {"delay_8", "delay_9"}
+    failed = {cell.trouble for cell, found in scores.items() if cell.controller != "pd" and found.verdict != "held"}
+    assert failed == explained
+    never = told.partition("PD has an offset")[2]
+    assert set(TROUBLES) - failed - {"still_water"} <= {
+        *re.findall(r"`(\w+)`", never),
+        *(f"delay_{samples}" for samples in range(1, 7)),
+    }
 
 
 def call(*arguments):

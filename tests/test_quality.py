@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from rov_cosim.exporters.build import components
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.command import main
+from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, holding
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted(p for p in ROOT.rglob("*.md") if not {".venv", "build"} & set(p.relative_to(ROOT).parts))
@@ -45,8 +47,14 @@ def test_the_readme_names_every_component_and_command():
     text = (ROOT / "README.md").read_text()
     expected = {*components(), *(f"rov-cosim {command}" for command in main.commands)}
     assert {name for name in expected if name in text} == expected
-    rows = re.findall(r"^\| `(\w+)` \|", (ROOT / "systems" / "README.md").read_text(), re.M)
-    assert rows == list(SYSTEMS)
+    rows = [
+        re.findall(r"^\| `(\w+)` \|", (ROOT / "systems" / page).read_text().partition("\n## Rules")[0], re.M)
+        for page in ("README.md", "FLEET.md")
+    ]
+    assert rows[1] == list(VEHICLES)
+    assert [*rows[0], *(system.name for pair in product(VEHICLES, CONTROLLERS) for system in [holding(*pair)])] == list(
+        SYSTEMS
+    )
 
 
 @pytest.mark.parametrize("name", components())
