@@ -23,7 +23,7 @@ _HEAD = """\
 # The matrix
 
 Written by `rov-cosim matrix`. A cell has the verdict, the root mean square errors of position and yaw in hold, and the
-time after which every axis stays settled; it is empty where the trouble does not apply. The rules: [FLEET.md](FLEET.md).
+time after which every axis stays settled; it is empty where the trouble does not apply. Rules: [FLEET.md](FLEET.md).
 """
 
 
