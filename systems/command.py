@@ -80,34 +80,14 @@ def build(export: str, all_platforms: bool, plain_ssp: bool) -> None:
 @options.export
 @options.coupling
 @options.stop_time
-@options.set_
-@options.trouble
-@options.swap
-@options.map_
+@options.changes
 @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV and plot.")
 def run(
-    system: System | Path,
-    export: str,
-    coupling: str,
-    stop_time: float | None,
-    values: dict[str, str],
-    trouble: str | None,
-    swaps: dict[str, Path],
-    map_: Path | None,
-    output: Path | None,
+    system: System | Path, export: str, coupling: str, stop_time: float | None, output: Path | None, **changes: Any
 ) -> None:
     """Run SYSTEM, a name from `list` or an .ssp file: CSV, plot and a table of results."""
-    session.run(
-        system,
-        export=export,
-        coupling=COUPLINGS[coupling],
-        stop_time=stop_time,
-        values=values,
-        trouble=trouble,
-        folder=output,
-        swaps=swaps,
-        map_=map_,
-    )
+    how = COUPLINGS[coupling]
+    session.run(system, export=export, coupling=how, stop_time=stop_time, folder=output, **changes)
 
 
 @main.command()
@@ -115,28 +95,21 @@ def run(
 @options.export
 @options.coupling
 @options.stop_time
-@options.set_
-@options.trouble
-@options.swap
-@options.map_
+@options.changes
 @click.option("--output", type=click.Path(dir_okay=False, path_type=Path), callback=options.png, help="The PNG.")
 def compare(
     systems: tuple[System | Path, ...],
     export: str,
     coupling: str,
     stop_time: float | None,
-    values: dict[str, str],
-    trouble: str | None,
-    swaps: dict[str, Path],
-    map_: Path | None,
     output: Path | None,
+    **changes: Any,
 ) -> None:
     """Run several SYSTEMS and draw their errors into one figure."""
     runs: dict[str, Run] = {}
     for system in systems:
         label = system.name if isinstance(system, System) else str(system)
-        with session.opened(system, export, swaps, map_) as wiring:
-            wiring = (TROUBLES[trouble].applied(wiring) if trouble else wiring).with_values(values)
+        with session.opened(system, export, **changes) as wiring:
             results = simulate(wiring, COUPLINGS[coupling], stop_time, warn=session.warn)
         if not assessable(results, wiring):
             raise click.UsageError(f"{label} has no vehicle with a pose eta: there is nothing to compare.")

@@ -1,5 +1,6 @@
 """The options and arguments that several commands share."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -88,3 +89,8 @@ map_ = click.option(
 trouble = click.option(
     "--trouble", type=click.Choice(list(TROUBLES)), metavar="NAME", help="What goes wrong; `rov-cosim troubles` lists."
 )
+
+
+def changes(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that change a system: those of `session.opened`."""
+    return set_(trouble(swap(map_(command))))

@@ -60,7 +60,13 @@ def build(
 
 @contextmanager
 def opened(
-    system: System | Path, export: str = "native", swaps: Mapping[str, Path] | None = None, map_: Path | None = None
+    system: System | Path,
+    export: str = "native",
+    *,
+    swaps: Mapping[str, Path] | None = None,
+    map_: Path | None = None,
+    trouble: str | None = None,
+    values: Mapping[str, str] | None = None,
 ) -> Iterator[Wiring]:
     """Yield the wiring of a system, built first in an export, or of any SSP archive, which has its FMUs.
 
@@ -68,18 +74,21 @@ def opened(
     ----------
     swaps : FMU files that take the place of elements, by element.
     map_ : a TOML file that tells how (see `swap_map`); none for FMUs with our names.
+    trouble : one of `TROUBLES` that comes over it.
+    values : other start values, by ``element.variable``, as literals.
 
     Raises
     ------
     BuildError : an FMU cannot be built.
-    WiringError : the system, a swap or the map is wrong.
+    WiringError : the system, a swap, the map or a value is wrong, or the trouble does not apply to it.
     """
     maps = swap_map.read(map_) if map_ else {}
     if isinstance(system, System):
         build(system, export=export)
         system = ssp_path(system, export)
     with ssp_reader.opened(system) as wiring, with_swaps(wiring, swaps or {}, maps, warn) as swapped:
-        yield swapped
+        troubled = TROUBLES[trouble].applied(swapped) if trouble else swapped
+        yield troubled.with_values(values or {})
 
 
 def run(
@@ -87,26 +96,22 @@ def run(
     *,
     export: str = "native",
     coupling: Coupling = jacobi,
-    values: Mapping[str, str] | None = None,
-    trouble: str | None = None,
     stop_time: float | None = None,
     folder: Path | None = None,
-    swaps: Mapping[str, Path] | None = None,
-    map_: Path | None = None,
+    **changes: Any,
 ) -> tuple[NDArray[Any], Wiring]:
     """Simulate a system, write NAME.csv and NAME.png, print a table; return the results and the wiring.
 
-    `trouble` is one of `TROUBLES`; `swaps` and `map_` are those of `opened`.
+    `changes` are those of `opened`: swaps, map_, trouble, values.
 
     Raises
     ------
-    WiringError : the system or a value is wrong.
+    WiringError : the system or a change is wrong.
     SimulationError : an FMU failed or the run was interrupted; the results so far are in the CSV.
     """
     folder = folder or results_folder()
     folder.mkdir(parents=True, exist_ok=True)
-    with opened(system, export, swaps, map_) as wiring:
-        wiring = (TROUBLES[trouble].applied(wiring) if trouble else wiring).with_values(values or {})
+    with opened(system, export, **changes) as wiring:
         csv = folder / f"{re.sub(r'[^A-Za-z0-9_-]', '_', wiring.name)}.csv"
         try:
             results = simulate(wiring, coupling, stop_time, progress=_progress, warn=warn)

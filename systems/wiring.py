@@ -123,8 +123,8 @@ class Wiring:
             if declared.causality not in ("input", "parameter"):
                 problems.append(f"{end} is of causality {declared.causality}: only inputs and parameters can be set.")
                 continue
-            if self.link_to(end):
-                problems.append(f"{end} is connected: its value comes from another element.")
+            if link := self.link_to(end):
+                problems.append(f"{end} is connected: its value comes from {link.source}.")
                 continue
             try:
                 parsed = parse(str(value), declared.type)
