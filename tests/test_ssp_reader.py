@@ -244,7 +244,7 @@ def test_start_time_prefix_and_the_step_of_openmodelica_are_read(archives, tmp_p
         ({"passive_arm.seed": "1.5"}, "expected a whole number of at most 2147483647, got '1.5'"),
         ({"rov_plant.mass": "nan"}, "expected a finite number"),
         ({"rov_plant.eta.x": "1"}, "is of causality output: only inputs and parameters can be set"),
-        ({"rov_plant.u[1]": "1"}, "is connected: its value comes from another element"),
+        ({"rov_plant.u[1]": "1"}, r"is connected: its value comes from adaptive_pd\.u\[1\]"),
     ],
 )
 def test_start_values_that_cannot_be_are_refused(fmus, values, reason):
