@@ -3,7 +3,7 @@
 from html import escape
 
 from ..components.interface import Component, Signal
-from ..systems.loop import CONTROLLERS, connections
+from ..systems.loop import CONTROLLER_COMPONENTS, connections
 
 _ROW, _WIDTH, _BOX, _TOP = 34, 1080, (400, 680), 70
 _STYLE = (
@@ -50,6 +50,6 @@ def _port(component: Component, signal: Signal, y: float, is_input: bool) -> lis
 
 
 def _far_ends(port: str, is_input: bool) -> list[str]:
-    pairs = [pair for controller in CONTROLLERS for pair in connections(controller)]
+    pairs = [pair for controller in CONTROLLER_COMPONENTS for pair in connections(controller)]
     turned = [(target, source) if is_input else (source, target) for source, target in pairs]
     return list(dict.fromkeys(far for near, far in turned if near == port))

@@ -13,7 +13,7 @@ from .wiring import Wiring
 AXES = ("x", "y", "z", "psi")
 SETTLED = {"x": 0.02, "y": 0.02, "z": 0.02, "psi": np.radians(2.0)}
 """Error in m or rad below which an axis counts as settled."""
-HOLD = 40.0
+HELD_FROM = 40.0
 """Time in s after which the errors of holding are taken."""
 
 
@@ -53,6 +53,11 @@ def pose(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
     return _inputs(results, wiring, f"{arm}.eta")
 
 
+def measured(results: NDArray[Any], wiring: Wiring) -> NDArray[np.bool_]:
+    """Tell at which times, shape (rows,), the controller has a valid measurement, by its input ``eta_m_valid``."""
+    return np.broadcast_to(_input(results, wiring, f"{controller_of(wiring)}.eta_m_valid"), len(results)) > 0
+
+
 def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
     """Return the pose less the set-point, shape (rows, 6), the angles wrapped, of results that are `assessable`."""
     set_point = _inputs(results, wiring, f"{controller_of(wiring)}.eta_d")
@@ -63,7 +68,7 @@ def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
 def axes(results: NDArray[Any], wiring: Wiring) -> list[Axis]:
     """Return how each of `AXES` did."""
     time, error = results["time"], errors(results, wiring)
-    held = error[time >= HOLD]
+    held = error[time >= HELD_FROM]
     assessed = []
     for name in AXES:
         e = error[:, POSE.index(name)]
@@ -103,7 +108,9 @@ def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
 
 def report(results: NDArray[Any], wiring: Wiring) -> str:
     """Return a short table of `axes` and `forces`."""
-    lines = [f"{'axis':6} {'settles [s]':>12} {'final':>11} {f'mean > {HOLD:g} s':>12} {f'worst > {HOLD:g} s':>13}"]
+    lines = [
+        f"{'axis':6} {'settles [s]':>12} {'final':>11} {f'mean > {HELD_FROM:g} s':>12} {f'worst > {HELD_FROM:g} s':>13}"
+    ]
     for axis in axes(results, wiring):
         unit, scale = ("deg", 180 / np.pi) if axis.name == "psi" else ("mm", 1e3)
         settling = "never" if axis.settling is None else f"{axis.settling:.2f}"

@@ -108,8 +108,8 @@ def compare(
     """Run several SYSTEMS and draw their errors into one figure."""
     runs: dict[str, Run] = {}
     for system in systems:
-        label = system.name if isinstance(system, System) else str(system)
         with session.opened(system, export, **changes) as wiring:
+            label = wiring.name if isinstance(system, System) else str(system)
             results = simulate(wiring, COUPLINGS[coupling], stop_time, warn=session.warn)
         if not assessable(results, wiring):
             raise click.UsageError(f"{label} has no vehicle with a pose eta: there is nothing to compare.")

@@ -6,7 +6,7 @@ from rov_cosim.exporters.model_description import STOP_TIME
 from rov_cosim.systems.declaration import System
 from rov_cosim.systems.wiring import Value
 
-CONTROLLERS = ("adaptive_pd", "pid")
+CONTROLLER_COMPONENTS = ("adaptive_pd", "pid")
 """The components that fit into the loop as its controller."""
 
 
@@ -42,7 +42,7 @@ def station_keeping_loop(
 def scenario_loop(
     name: str, description: str, parameters: Mapping[str, Mapping[str, Value]], stop_time: float, controller: str
 ) -> System:
-    """Return the same loop with a scenario, and one of `CONTROLLERS` as the element ``controller``."""
+    """Return the same loop with a scenario, and one of `CONTROLLER_COMPONENTS` as the element ``controller``."""
     return System(
         name=name,
         description=description,

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from multiprocessing import get_context
@@ -34,17 +35,24 @@ class Cell(NamedTuple):
     trouble: str
 
 
-Scores = dict[Cell, Score]
 Loops = Mapping[tuple[str, str], Wiring]
 """The loop of each vehicle and controller, its FMUs extracted."""
 
 
-class MatrixError(RuntimeError):
-    """The matrix did not get to its end; `scores` holds what was computed until then."""
+@dataclass(frozen=True)
+class Matrix:
+    """The scores of the cells that were run, and why each of the others does not apply."""
 
-    def __init__(self, message: str, scores: Scores) -> None:
+    scores: Mapping[Cell, Score]
+    left_out: Mapping[Cell, str]
+
+
+class MatrixError(RuntimeError):
+    """The matrix did not get to its end; `matrix` holds what was computed until then."""
+
+    def __init__(self, message: str, matrix: Matrix) -> None:
         super().__init__(message)
-        self.scores = scores
+        self.matrix = matrix
 
 
 @contextmanager
@@ -77,48 +85,72 @@ def run_all(
     troubles: Sequence[str],
     jobs: int,
     progress: Callable[[Iterable[Any], int], Iterable[Any]] = lambda done, total: done,
-) -> Scores:
-    """Run each loop in each of `TROUBLES` that is named, in so many processes, and return the scores in this order.
+) -> Matrix:
+    """Run each loop in each of `TROUBLES` that is named, in so many processes.
 
-    A trouble that a loop has no place for leaves its cell out. `progress` wraps the runs as they come to an end.
+    `progress` wraps the runs as they come to an end, given their number.
 
     Raises
     ------
     MatrixError : interrupted, or a process died; it holds the scores so far.
     """
-    cells = [Cell(*loop, trouble) for loop, trouble in product(loops, troubles)]
-    done: dict[Cell, Score | None] = {}
+    left_out = {cell: why for cell in _cells(loops, troubles) if (why := _why_not(loops, cell))}
+    cells = [cell for cell in _cells(loops, troubles) if cell not in left_out]
+    done: dict[Cell, Score] = {}
 
-    def scores() -> Scores:
-        return {cell: found for cell in cells if (found := done.get(cell)) is not None}
+    def matrix() -> Matrix:
+        return Matrix({cell: done[cell] for cell in cells if cell in done}, left_out)
 
     # Processes that are spawned, not forked, inherit no locks of this one's threads.
     with ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_begin, initargs=(loops,)) as pool:
-        futures = {pool.submit(_run, cell): cell for cell in cells}
         try:
+            with _interrupts_ignored():  # by the processes for good: Ctrl-C is this one's to answer
+                futures = {pool.submit(_run, cell): cell for cell in cells}
             for future in progress(as_completed(futures), len(cells)):
                 done[futures[future]] = future.result()
         except KeyboardInterrupt:
-            message = f"Interrupted after {len(done)} of {len(cells)} runs."
-            raise MatrixError(message, scores()) from None
+            raise MatrixError(f"Interrupted after {len(done)} of {len(cells)} runs.", matrix()) from None
         except BrokenProcessPool:
             message = f"A process died, of an FMU that crashed it, after {len(done)} of {len(cells)} runs."
-            raise MatrixError(message, scores()) from None
+            raise MatrixError(message, matrix()) from None
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
-    return scores()
+    return matrix()
 
 
-def score_of(wiring: Wiring, trouble: str) -> Score | None:
-    """Return the score of a loop in one of `TROUBLES`; None if the loop has no place for it."""
-    try:
-        troubled = TROUBLES[trouble].applied(wiring)
-    except DoesNotApplyError:
-        return None
+def score_of(wiring: Wiring, trouble: str) -> Score:
+    """Return the score of a loop in one of `TROUBLES`.
+
+    Raises
+    ------
+    DoesNotApplyError : the trouble is of something that the loop has not.
+    """
+    troubled = TROUBLES[trouble].applied(wiring)
     try:
         return score(simulate(troubled), troubled)
     except (SimulationError, WiringError) as error:
         return Score("lost", reason=str(error))
+
+
+def _cells(loops: Loops, troubles: Sequence[str]) -> list[Cell]:
+    return [Cell(*loop, trouble) for loop, trouble in product(loops, troubles)]
+
+
+def _why_not(loops: Loops, cell: Cell) -> str:
+    try:
+        TROUBLES[cell.trouble].applied(loops[cell.vehicle, cell.controller])
+    except DoesNotApplyError as error:
+        return " ".join(error.problems)
+    return ""
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 _loops: Loops = {}
@@ -128,8 +160,7 @@ _loops: Loops = {}
 def _begin(loops: Loops) -> None:
     global _loops
     _loops = loops
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
 
 
-def _run(cell: Cell) -> Score | None:
+def _run(cell: Cell) -> Score:
     return score_of(_loops[cell.vehicle, cell.controller], cell.trouble)

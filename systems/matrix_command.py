@@ -11,21 +11,15 @@ from tqdm import tqdm
 
 from . import options, session, swap_map
 from .fleet import CONTROLLERS, VEHICLES
-from .matrix import MatrixError, Scores, run_all, wired
+from .matrix import Matrix, MatrixError, run_all, wired
 from .scores import VERDICTS
 from .troubles import TROUBLES
 
-_Decorator = Callable[[Callable[..., None]], Callable[..., None]]
 
-
-def _some(name: str, known: Iterable[str]) -> _Decorator:
+def _some(name: str, known: Iterable[str]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    told = f"Only this {name}; can be given more than once."
     return click.option(
-        f"--{name}",
-        f"{name}s",
-        type=click.Choice(list(known)),
-        multiple=True,
-        metavar="NAME",
-        help=f"Only this {name}; can be given more than once.",
+        f"--{name}", f"{name}s", type=options.OneOf(name, known), multiple=True, metavar="NAME", help=told
     )
 
 
@@ -57,29 +51,37 @@ def matrix(
     folder.mkdir(parents=True, exist_ok=True)
     maps = swap_map.read(map_) if map_ else {}
     chosen = vehicles or tuple(VEHICLES), controllers or CONTROLLERS
+    changes = [f"{element} is {fmu.name}" for element, fmu in swaps.items()]
+    note = "; ".join([*changes, *(f"{name} = {value}" for name, value in values.items())])
+    # A part must not take the place of the whole.
+    stem = "matrix_part" if note or vehicles or controllers or troubles else "matrix"
     with wired(session.project_root(), *chosen, swaps, maps, session.warn) as loops:
         changed = {pair: wiring.with_values(values) for pair, wiring in loops.items()}
         try:
-            scores = run_all(changed, troubles or tuple(TROUBLES), jobs, _progress)
+            found = run_all(changed, troubles or tuple(TROUBLES), jobs, _progress)
         except MatrixError as error:
-            _write(error.scores, folder)
-            raise MatrixError(f"{error} The results so far are in {folder}.", error.scores) from error
-    _write(scores, folder)
+            _write(error.matrix, folder / "matrix_part", note)
+            raise MatrixError(f"{error} The results so far are in {folder}.", error.matrix) from error
+    if not found.scores:
+        raise click.ClickException(f"No trouble applies: {' '.join(dict.fromkeys(found.left_out.values()))}")
+    _write(found, folder / stem, note)
     for controller in chosen[1]:
-        found = Counter(score.verdict for cell, score in scores.items() if cell.controller == controller)
-        click.echo(f"{controller:12} {', '.join(f'{found[verdict]} {verdict}' for verdict in VERDICTS)}")
+        counts = Counter(score.verdict for cell, score in found.scores.items() if cell.controller == controller)
+        click.echo(f"{controller:12} {', '.join(f'{counts[verdict]} {verdict}' for verdict in VERDICTS)}")
+    if found.left_out:
+        click.echo(f"{len(found.left_out)} more do not apply; {stem}.md tells why.")
 
 
-def _write(scores: Scores, folder: Path) -> None:
+def _write(found: Matrix, path: Path, note: str) -> None:
     from . import matrix_tables  # loads the plotting, which takes a while
 
-    if not scores:
+    if not found.scores:
         return
-    matrix_tables.write_csv(scores, folder / "matrix.csv")
-    (folder / "matrix.md").write_text(matrix_tables.markdown(scores), encoding="utf-8")
-    matrix_tables.draw_heat_map(scores, folder / "matrix.png")
-    for suffix in ("csv", "md", "png"):
-        click.echo(folder / f"matrix.{suffix}")
+    matrix_tables.write_csv(found, path.with_suffix(".csv"))
+    path.with_suffix(".md").write_text(matrix_tables.markdown(found, note), encoding="utf-8")
+    matrix_tables.draw_heat_map(found, path.with_suffix(".png"), note)
+    for suffix in (".csv", ".md", ".png"):
+        click.echo(path.with_suffix(suffix))
 
 
 def _progress(runs: Iterable[Any], total: int) -> Any:

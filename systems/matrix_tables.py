@@ -1,7 +1,6 @@
 """The matrix on paper: CSV with every score, Markdown with a table a vehicle, a heat map to be read at a glance."""
 
 import csv
-from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 
@@ -13,11 +12,13 @@ import matplotlib.pyplot as plt
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from .matrix import Cell, Scores
+from .fleet import CONTROLLERS, VEHICLES
+from .matrix import Cell, Matrix
 from .scores import VERDICTS, Score
 from .troubles import TROUBLES
 
-_COLOURS = ("#7fbf7b", "#fee08b", "#f4a261", "#d1495b")
+COLOURS = ("#9ecae1", "#fee391", "#fd8d3c", "#99000d")
+"""Of `VERDICTS`; told apart by their lightness too."""
 _NOT_RUN = "#eeeeee"
 _HEAD = """\
 # The matrix
@@ -27,43 +28,54 @@ time after which every axis stays settled; it is empty where the trouble does no
 """
 
 
-def write_csv(scores: Scores, path: Path) -> None:
-    """Write a row for each cell with all that was scored, in SI units and rad."""
+def write_csv(matrix: Matrix, path: Path) -> None:
+    """Write a row for each cell that was run with all that was scored, in SI units and rad."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([*Cell._fields, *(field.name for field in fields(Score))])
-        for cell, score in scores.items():
+        for cell, score in matrix.scores.items():
             values = ("" if v is None else f"{v:.6g}" if isinstance(v, float) else v for v in asdict(score).values())
             writer.writerow([*cell, *values])
 
 
-def markdown(scores: Scores) -> str:
-    """Return a page with a table for each vehicle: how each controller did in each trouble."""
-    vehicles, controllers, troubles = _axes(scores)
-    lines = [_HEAD]
+def markdown(matrix: Matrix, note: str = "") -> str:
+    """Return a page with a table for each vehicle: how each controller did in each trouble.
+
+    `note` says what is not as in the systems of `fleet`.
+    """
+    vehicles, controllers, troubles = _axes(matrix)
+    lines = [_HEAD, *([f"{note}\n"] if note else [])]
     for vehicle in vehicles:
         lines += [f"## {vehicle}", "", f"| | {' | '.join(controllers)} |", "|---" * (1 + len(controllers)) + "|"]
         for trouble in troubles:
-            cells = [_told(scores.get(Cell(vehicle, controller, trouble))) for controller in controllers]
+            cells = [_told(matrix.scores.get(Cell(vehicle, controller, trouble))) for controller in controllers]
             lines.append(f"| {trouble} | {' | '.join(cells)} |")
         lines.append("")
-    lines += ["| trouble | |", "|---|---|", *(f"| {name} | {TROUBLES[name].description} |" for name in troubles), ""]
-    return "\n".join(lines)
+    lines += ["## Troubles", "", "| trouble | what it is |", "|---|---|"]
+    lines += [f"| {name} | {TROUBLES[name].description} |" for name in troubles]
+    if matrix.left_out:
+        lines += ["", "## What does not apply", "", "| trouble | where | why |", "|---|---|---|"]
+        where: dict[tuple[str, str], list[str]] = {}
+        for cell, why in matrix.left_out.items():
+            where.setdefault((cell.trouble, why), []).append(f"{cell.vehicle} {cell.controller}")
+        lines += [f"| {trouble} | {', '.join(places)} | {why} |" for (trouble, why), places in where.items()]
+    return "\n".join([*lines, ""])
 
 
-def draw_heat_map(scores: Scores, path: Path) -> None:
-    """Write a PNG: the verdict of each cell by colour, and its root mean square errors."""
-    vehicles, controllers, troubles = _axes(scores)
+def draw_heat_map(matrix: Matrix, path: Path, note: str = "") -> None:
+    """Write a PNG: the verdict of each cell by colour, and its root mean square errors; `note` as in `markdown`."""
+    vehicles, controllers, troubles = _axes(matrix)
     columns = [(vehicle, controller) for vehicle in vehicles for controller in controllers]
-    found = [[scores.get(Cell(*column, trouble)) for column in columns] for trouble in troubles]
+    found = [[matrix.scores.get(Cell(*column, trouble)) for column in columns] for trouble in troubles]
     verdicts = np.array([[-1 if s is None else VERDICTS.index(s.verdict) for s in row] for row in found])
     size = (2.6 + 0.75 * len(columns), 2.0 + 0.27 * len(troubles))
     figure, panel = plt.subplots(figsize=size, layout="constrained")
-    panel.imshow(verdicts, cmap=ListedColormap([_NOT_RUN, *_COLOURS]), vmin=-1, vmax=len(VERDICTS) - 1, aspect="auto")
+    panel.imshow(verdicts, cmap=ListedColormap([_NOT_RUN, *COLOURS]), vmin=-1, vmax=len(VERDICTS) - 1, aspect="auto")
     for i, row in enumerate(found):
         for j, score in enumerate(row):
             if score:
-                panel.text(j, i, _errors(score, "{:.0f}  {:.1f}°"), ha="center", va="center", fontsize=7)
+                colour = "white" if score.verdict == "lost" else "black"
+                panel.text(j, i, _errors(score, "{:.0f}  {:.1f}°"), color=colour, ha="center", va="center", fontsize=7)
     panel.set_yticks(range(len(troubles)), troubles, fontsize=8)
     panel.set_xticks(range(len(columns)), [controller for _, controller in columns], fontsize=7, rotation=90)
     panel.tick_params(length=0)
@@ -77,17 +89,22 @@ def draw_heat_map(scores: Scores, path: Path) -> None:
     panel.tick_params(which="minor", length=0)
     for side in panel.spines.values():
         side.set_visible(False)
-    handles = [Patch(color=colour) for colour in (*_COLOURS, _NOT_RUN)]
+    handles = [Patch(color=colour) for colour in (*COLOURS, _NOT_RUN)]
     labels = [*VERDICTS, "does not apply"]
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
-    figure.suptitle("Verdict, and root mean square errors in hold: position [mm], yaw", fontsize=10)
+    title = "Verdict, and root mean square errors in hold: position [mm], yaw"
+    figure.suptitle(f"{title}\n{note}" if note else title, fontsize=10)
     figure.savefig(path, dpi=130, metadata={"Software": None})
     plt.close(figure)
 
 
-def _axes(scores: Scores) -> Sequence[list[str]]:
-    """Return vehicles, controllers and troubles, each in the order of their first appearance."""
-    return [list(dict.fromkeys(cell[i] for cell in scores)) for i in range(3)]
+def _axes(matrix: Matrix) -> tuple[list[str], list[str], list[str]]:
+    """Return vehicles, controllers and troubles of the matrix, in the order in which they are declared."""
+    present = {name for cell in (*matrix.scores, *matrix.left_out) for name in cell}
+    vehicles, controllers, troubles = (
+        [n for n in names if n in present] for names in (VEHICLES, CONTROLLERS, TROUBLES)
+    )
+    return vehicles, controllers, troubles
 
 
 def _told(score: Score | None) -> str:
@@ -98,7 +115,7 @@ def _told(score: Score | None) -> str:
 
 
 def _errors(score: Score, form: str) -> str:
-    """Return the root mean square errors of position, in mm, and yaw, in degrees; of a lost vehicle why, if known."""
-    if score.verdict == "lost":
-        return "failed" if score.reason else ""
-    return form.format(1e3 * (score.rms or 0.0), np.degrees(score.rms_yaw or 0.0))
+    """Return the root mean square errors of position, in mm, and yaw, in degrees; nothing of a lost vehicle."""
+    if score.rms is None or score.rms_yaw is None:
+        return "failed"
+    return "" if score.verdict == "lost" else form.format(1e3 * score.rms, np.degrees(score.rms_yaw))

@@ -1,6 +1,6 @@
 """The options and arguments that several commands share."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,19 @@ class SystemType(click.ParamType[System | Path]):
         self.fail(
             f"there is no system {value}.{suggestion(value, SYSTEMS)} Known: {', '.join(SYSTEMS)}; or name an .ssp."
         )
+
+
+class OneOf(click.ParamType[str]):
+    """One of the names of a kind of thing."""
+
+    def __init__(self, kind: str, known: Iterable[str]) -> None:
+        self.name, self._known = kind, list(known)
+
+    def convert(self, value: Any, parameter: click.Parameter | None, context: click.Context | None) -> str:
+        """Return the name."""
+        if value in self._known:
+            return str(value)
+        self.fail(f"there is no {self.name} {value}.{suggestion(value, self._known)} Known: {', '.join(self._known)}.")
 
 
 def _values(context: click.Context, parameter: click.Parameter, assignments: tuple[str, ...]) -> dict[str, str]:
@@ -87,7 +100,12 @@ map_ = click.option(
     help="TOML: how the FMUs of --swap take their places; none if they have the same names.",
 )
 trouble = click.option(
-    "--trouble", type=click.Choice(list(TROUBLES)), metavar="NAME", help="What goes wrong; `rov-cosim troubles` lists."
+    "--trouble",
+    "troubles",
+    type=OneOf("trouble", TROUBLES),
+    multiple=True,
+    metavar="NAME",
+    help="What goes wrong, in a system of the fleet; `rov-cosim troubles` lists. Several come together.",
 )
 
 

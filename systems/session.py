@@ -17,6 +17,7 @@ from .assessment import assessable, report
 from .declaration import System, wire
 from .master import Coupling, SimulationError, jacobi, simulate
 from .plots import plot_run
+from .scores import HOLD_DURATION, score
 from .swapping import with_swaps
 from .troubles import TROUBLES
 from .wiring import Wiring
@@ -65,8 +66,8 @@ def opened(
     *,
     swaps: Mapping[str, Path] | None = None,
     map_: Path | None = None,
-    trouble: str | None = None,
     values: Mapping[str, str] | None = None,
+    troubles: Iterable[str] = (),
 ) -> Iterator[Wiring]:
     """Yield the wiring of a system, built first in an export, or of any SSP archive, which has its FMUs.
 
@@ -74,21 +75,23 @@ def opened(
     ----------
     swaps : FMU files that take the place of elements, by element.
     map_ : a TOML file that tells how (see `swap_map`); none for FMUs with our names.
-    trouble : one of `TROUBLES` that comes over it.
     values : other start values, by ``element.variable``, as literals.
+    troubles : names of `TROUBLES` that come over it then.
 
     Raises
     ------
     BuildError : an FMU cannot be built.
-    WiringError : the system, a swap, the map or a value is wrong, or the trouble does not apply to it.
+    WiringError : the system, a swap, the map or a value is wrong, or a trouble does not apply to it.
     """
     maps = swap_map.read(map_) if map_ else {}
     if isinstance(system, System):
         build(system, export=export)
         system = ssp_path(system, export)
     with ssp_reader.opened(system) as wiring, with_swaps(wiring, swaps or {}, maps, warn) as swapped:
-        troubled = TROUBLES[trouble].applied(swapped) if trouble else swapped
-        yield troubled.with_values(values or {})
+        changed = swapped.with_values(values or {})
+        for trouble in troubles:
+            changed = TROUBLES[trouble].applied(changed)
+        yield changed
 
 
 def run(
@@ -102,7 +105,7 @@ def run(
 ) -> tuple[NDArray[Any], Wiring]:
     """Simulate a system, write NAME.csv and NAME.png, print a table; return the results and the wiring.
 
-    `changes` are those of `opened`: swaps, map_, trouble, values.
+    `changes` are those of `opened`: swaps, map_, values, troubles.
 
     Raises
     ------
@@ -124,6 +127,11 @@ def run(
     if assessable(results, wiring):
         plot_run((results, wiring), csv.with_suffix(".png"))
         click.echo(report(results, wiring))
+        if results["time"][-1] >= 2 * HOLD_DURATION:
+            found = score(results, wiring)
+            click.echo(
+                f"\nverdict over the last {HOLD_DURATION:g} s: {found.verdict}{found.reason and f', {found.reason}'}"
+            )
         click.echo(f"\n{csv}\n{csv.with_suffix('.png')}")
     else:
         click.echo("There is no vehicle with a pose eta in it, so nothing is assessed or drawn.")

@@ -23,6 +23,11 @@ class Ship:
         if not any(str(link.source) == output for link in self._wiring.links):
             raise DoesNotApplyError(self._wiring.name, [f"Nothing receives {output}, by which the trouble comes."])
 
+    def needs_free_tilt(self) -> None:
+        """Raise DoesNotApplyError if roll and pitch of the vehicle are locked."""
+        if self.value("rov_plant.lock_roll_pitch"):
+            raise DoesNotApplyError(self._wiring.name, ["Roll and pitch are locked."])
+
     def value(self, end: str) -> float:
         """Return a start value.
 
@@ -32,7 +37,7 @@ class Ship:
         """
         value = self._wiring.value(end)
         if value is None:
-            raise DoesNotApplyError(self._wiring.name, [f"There is no {end}, which the trouble needs."])
+            raise DoesNotApplyError(self._wiring.name, [f"There is no {end}, which the trouble is about."])
         return float(value)
 
     def vector(self, group: str, labels: tuple[str, ...] = XYZ) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from ..components.interface import XYZ
 from ..components.passive_arm.equations import LONGEST_DELAY
-from .ship import Ship
+from .ship import DoesNotApplyError, Ship
 from .wiring import Value, Wiring
 
 ONSET = 60.0
@@ -37,7 +37,7 @@ class Trouble:
 
         Raises
         ------
-        DoesNotApplyError : the loop has no variable for it.
+        DoesNotApplyError : the loop has no variable for it, or it would change nothing.
         """
         ship = Ship(wiring)
         values = self.values(ship)
@@ -46,6 +46,8 @@ class Trouble:
             for cause, output in _COMES_BY.items():
                 if end.startswith(cause):
                     ship.needs_receiver(output)
+        if values and all(ship.value(end) == value for end, value in values.items()):
+            raise DoesNotApplyError(wiring.name, ["The trouble changes nothing here."])
         return replace(wiring.with_values(values), name=f"{wiring.name}_{self.name}")
 
 
@@ -80,8 +82,27 @@ def _thrust_max(share: float) -> Callable[[Ship], Values]:
     return lambda ship: dict.fromkeys(ends, share * ship.thrust_at_rest())
 
 
+def _where_tilted(values: Callable[[Ship], Values]) -> Callable[[Ship], Values]:
+    """Return values for vehicles that roll and pitch; for others they would be of no effect."""
+
+    def checked(ship: Ship) -> Values:
+        ship.needs_free_tilt()
+        return values(ship)
+
+    return checked
+
+
 def _delay(samples: int) -> Trouble:
     return Trouble(f"delay_{samples}", f"measurement {30 * samples} ms late", _fixed(passive_arm={"delay": samples}))
+
+
+def _varying_current(seed: int) -> Trouble:
+    current = {"current_mean.x": 0.1, "current_std.x": 0.1, "current_std.y": 0.1, "seed": 1000 + seed}
+    return Trouble(
+        f"varying_current_{seed}",
+        "0.1 m/s and a Gauss-Markov part of 0.1 m/s, 60 s correlation",
+        _fixed(scenario=current),
+    )
 
 
 _LIST = (
@@ -91,13 +112,13 @@ _LIST = (
         "the gains of the paper's vehicle, not scaled",
         lambda ship: ship.declared("controller", "K_", "Gamma."),
     ),
-    Trouble("six_dof", "roll and pitch are controlled too", _fixed(controller={"control_roll_pitch": True})),
-    Trouble("current", "0.22 m/s, constant", _fixed(scenario={"current_mean.x": 0.2, "current_mean.y": 0.1})),
     Trouble(
-        "varying_current",
-        "0.1 m/s and a Gauss-Markov part of 0.1 m/s, 60 s correlation",
-        _fixed(scenario={"current_mean.x": 0.1, "current_std.x": 0.1, "current_std.y": 0.1}),
+        "six_dof",
+        "roll and pitch are controlled too",
+        _where_tilted(_fixed(controller={"control_roll_pitch": True})),
     ),
+    Trouble("current", "0.22 m/s, constant", _fixed(scenario={"current_mean.x": 0.2, "current_mean.y": 0.1})),
+    *(_varying_current(seed) for seed in (1, 2, 3)),
     Trouble(
         "arm_pull",
         "the arm pulls like a spring of 0.3 K_P towards the structure",
@@ -151,7 +172,9 @@ _LIST = (
     Trouble(
         "wrong_r_B",
         "the controller takes the buoyancy to be a tenth of r_A ahead of its place",
-        lambda ship: {"controller.r_B.x": ship.value("rov_plant.r_B.x") + 0.1 * ship.value("rov_plant.r_A.x")},
+        _where_tilted(
+            lambda ship: {"controller.r_B.x": ship.value("rov_plant.r_B.x") + 0.1 * ship.value("rov_plant.r_A.x")}
+        ),
     ),
     Trouble("noise_2", "10 mm of noise", _scaled("passive_arm.noise_std", by=2.0)),
     Trouble("noise_4", "20 mm of noise", _scaled("passive_arm.noise_std", by=4.0)),
