@@ -56,7 +56,7 @@ def read(path: Path) -> dict[str, SwapMap]:
     """
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:  # of TOML, of UTF-8, or of an integer with thousands of digits
         raise WiringError(str(path), [f"This is not TOML: {error}."]) from None
     if problems := [problem for element, table in tables.items() for problem in _problems(element, table)]:
         raise WiringError(str(path), problems)
@@ -87,8 +87,8 @@ def _problems(element: str, table: Any) -> Iterator[str]:
             )
         elif part == "constants":
             for name, value in content.items():
-                if type(value) not in (int, float, bool) or not isfinite(value):
-                    yield f"{where}: {name} = {value!r}: expected a finite number, true or false{_unquoted(value)}."
+                if type(value) is not bool and not _is_number(value):
+                    yield f"{where}: {name} = {value!r:.40}: expected a finite number, true or false{_unquoted(value)}."
         else:
             for name, entry in content.items():
                 yield from (f"[{element}.variables] {name}: {problem}" for problem in _entry_problems(entry))
@@ -102,16 +102,23 @@ def _entry_problems(entry: Any) -> Iterator[str]:
         return
     for key, value in entry.items():
         if key == "factor":
-            if type(value) not in (int, float) or not isfinite(value) or value == 0:
-                yield f"factor = {value!r}: expected a finite number that is not 0."
+            if not _is_number(value) or value == 0:
+                yield f"factor = {value!r:.40}: expected a finite number that is not 0."
         elif key == "unit":
-            if value not in KNOWN:
+            if type(value) is not str or value not in KNOWN:
                 yield f"unit = {value!r} is not known; expected one of {', '.join(KNOWN)}."
         elif key == "z_down":
             if type(value) is not bool:
                 yield f"z_down = {value!r}: expected true or false."
         elif key != "ours":
             yield f"{key} is unknown; expected ours, factor, unit or z_down."
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        return type(value) in (int, float) and isfinite(value)
+    except OverflowError:  # an integer beyond the floats
+        return False
 
 
 def _unquoted(value: Any) -> str:
