@@ -46,7 +46,8 @@ def with_swaps(
                 problems += error.problems
         if problems:
             raise WiringError(wiring.name, problems)
-        yield wiring
+        # Of another name, so its results lie beside those of the system as it was.
+        yield replace(wiring, name="_".join([wiring.name, *(fmu.stem for fmu in fmus.values())]))
 
 
 def swapped(wiring: Wiring, their: Element, map_: SwapMap | None = None, warn: Warn = lambda message: None) -> Wiring:

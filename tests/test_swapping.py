@@ -184,6 +184,13 @@ def test_what_the_fmu_has_no_place_for_is_told_in_a_line(archives, foreign, tmp_
     ]
 
 
+def test_a_swapped_system_has_a_name_of_its_own(archives, fmus, foreign, tmp_path):
+    both = {"rov_plant": foreign, "adaptive_pd": fmus["adaptive_pd"]}
+    _, wiring = run(archives, both, maps(tmp_path), stop_time=0.3)
+    assert wiring.name == "station_keeping_ForeignRov_adaptive_pd"
+    assert run(archives, {}, {}, stop_time=0.3)[1].name == "station_keeping"
+
+
 def test_a_controller_with_another_name_for_its_set_point_is_assessed_against_zero_and_it_is_told(
     archives, fmus, tmp_path
 ):
@@ -378,7 +385,7 @@ def test_the_command_runs_the_guides_example(archives, foreign, tmp_path):
     table = {line.split()[0]: line.split() for line in done.output.splitlines() if line.endswith(("mm", "deg"))}
     assert set(table) >= {"x", "y", "z", "psi"}
     assert all(abs(float(table[axis][2])) < 5.0 for axis in "xyz")
-    assert (tmp_path / "station_keeping.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "station_keeping_ForeignRov.png").read_bytes().startswith(b"\x89PNG")
     done = call(
         "compare", "station_keeping", "station_keeping_pd", *swap, "--stop-time", 0.3, "--output", tmp_path / "c.png"
     )
