@@ -34,7 +34,7 @@ def with_swaps(
     ------
     WiringError : everything that keeps an FMU from taking the place.
     """
-    problems = [f"The map is for {name}, which is not swapped." for name in maps if name not in fmus]
+    problems: list[str] = []
     with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
         for i, (name, fmu) in enumerate(fmus.items()):
             try:
@@ -44,6 +44,7 @@ def with_swaps(
                 problems.append(f"{name}: {error}")
             except WiringError as error:
                 problems += error.problems
+        problems += [f"The map is for {name}, which is not swapped." for name in maps if name not in fmus]
         if problems:
             raise WiringError(wiring.name, problems)
         # Of another name, so its results lie beside those of the system as it was.
@@ -129,13 +130,15 @@ class _Swap:
             hint = suggestion(name, self.their.variables)
             self._problem(f"The map names {name}, which the FMU has not.{hint}")
         other, _, variable = entry.ours.partition(".")
-        of_ours = self.our.group(entry.ours)
-        owner = self.our if of_ours else self.elements.get(other, self.our)
-        ours = of_ours or owner.group(variable)
+        is_ours = bool(self.our.group(entry.ours)) or other not in self.elements
+        owner, wanted = (self.our, entry.ours) if is_ours else (self.elements[other], variable)
+        ours = owner.group(wanted)
         if not ours:
             known = [*self.our.variables, *(f"{e.name}.{v}" for e in self.elements.values() for v in e.variables)]
-            what = f"is neither a variable of {self.our.name} nor an output of another element"
-            self._problem(f"The map names {entry.ours}, which {what}.{suggestion(entry.ours, known)}")
+            what = f"which is neither a variable of {self.our.name} nor an output of another element"
+            if variable and is_ours and not self.our.group(other):
+                what = f"but there is no element {other} in the system, which has {', '.join(self.elements)}"
+            self._problem(f"The map names {entry.ours}, {what}.{suggestion(entry.ours, known)}")
         for suffix, their in theirs.items() if ours else ():
             if their in mapped:
                 self._problem(f"The map has {their} twice.")

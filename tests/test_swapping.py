@@ -17,6 +17,7 @@ from rov_cosim.systems import session, ssp_reader, swap_map
 from rov_cosim.systems.assessment import axes, errors, report
 from rov_cosim.systems.command import main
 from rov_cosim.systems.declaration import System, wire
+from rov_cosim.systems.fleet import holding
 from rov_cosim.systems.master import gauss_seidel, simulate
 from rov_cosim.systems.swap_map import Entry, SwapMap
 from rov_cosim.systems.swapping import swapped, with_swaps
@@ -189,6 +190,24 @@ def test_a_swapped_system_has_a_name_of_its_own(archives, fmus, foreign, tmp_pat
     _, wiring = run(archives, both, maps(tmp_path), stop_time=0.3)
     assert wiring.name == "station_keeping_ForeignRov_adaptive_pd"
     assert run(archives, {}, {}, stop_time=0.3)[1].name == "station_keeping"
+
+
+def test_a_map_for_an_element_of_another_system_tells_the_elements_of_this_one(fmus, foreign, tmp_path):
+    folders = {name: Path(extract(fmu, tmp_path / name)) for name, fmu in fmus.items()}
+    with (
+        pytest.raises(WiringError) as caught,
+        with_swaps(wire(holding("bluerov2"), folders), {"rov_plant": foreign}, maps(tmp_path)),
+    ):
+        pass
+    what = "but there is no element adaptive_pd in the system, which has scenario, passive_arm, controller, rov_plant."
+    assert f"rov_plant: The map names adaptive_pd.tau.X, {what}" in caught.value.problems
+
+
+def test_an_unknown_element_is_told_before_the_map_that_is_left_over(archives, foreign, tmp_path):
+    assert refused(archives, {"rovplant": foreign}, maps(tmp_path)) == [
+        "There is no element rovplant. Did you mean rov_plant?",
+        "The map is for rov_plant, which is not swapped.",
+    ]
 
 
 def test_a_controller_with_another_name_for_its_set_point_is_assessed_against_zero_and_it_is_told(
