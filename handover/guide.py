@@ -7,13 +7,8 @@ from ..components.interface import Component, Sampled, Signal
 from ..exporters import native_export
 from ..exporters.documentation import names, readme
 from ..exporters.model_description import literal
-from ..systems.z_down import Z_DOWN
+from ..systems.z_down import sign
 
-# Parameters that are places, directions, poses, velocities or forces; gains, masses and damping have no direction.
-_TURNED = {
-    *("r_G", "r_B", "r_C", "r_A", "thruster_r", "thruster_d", "attachment"),
-    *("eta_0", "nu_0", "theta", "theta_hat_0", "integral_0", "preload", "bias"),
-}
 _SAMPLED = "samples are taken at multiples of `sample_time`"
 _CONTINUOUS = "the vehicle is integrated in internal steps of at most `max_step`"
 
@@ -38,14 +33,14 @@ def guide(component: Component, cases: tuple[Case, ...]) -> str:
         cases="\n".join(f"| `{case.name}` | {case.description} |" for case in cases),
         inputs=_ports(component.inputs, with_start=True),
         outputs=_ports(component.outputs, with_start=False),
-        parameters=_ports(component.parameters, with_start=True, parameters=component.parameters),
+        parameters=_ports(component.parameters, with_start=True),
         timing=_SAMPLED if isinstance(component, Sampled) else _CONTINUOUS,
         tunable=", ".join(tunable) or "none",
         page=page,
     )
 
 
-def _ports(signals: tuple[Signal, ...], with_start: bool, parameters: tuple[Signal, ...] = ()) -> str:
+def _ports(signals: tuple[Signal, ...], with_start: bool) -> str:
     columns = (
         ["port", "unit", "start", "z down", "what it is"] if with_start else ["port", "unit", "z down", "what it is"]
     )
@@ -55,20 +50,11 @@ def _ports(signals: tuple[Signal, ...], with_start: bool, parameters: tuple[Sign
             "port": f"`{names(signal)}`" + ("" if signal.type == "Real" else f" ({signal.type})"),
             "unit": ", ".join(dict.fromkeys(signal.units)),
             "start": _common([literal(v, signal.type) for v in signal.elements(signal.start)]),
-            "z down": _common([_sign(signal, name, signal in parameters) for name in signal.names]),
+            "z down": _common(["-" if sign(name) < 0 else "+" for name in signal.names]),
             "what it is": signal.description,
         }
         lines.append("| " + " | ".join(cells[column] for column in columns) + " |")
     return "\n".join(lines)
-
-
-def _sign(signal: Signal, name: str, is_parameter: bool) -> str:
-    """Return the sign of a variable on the way to axes that count z downwards."""
-    label = name.rsplit(".")[-1]
-    if signal.key == "I":  # the products with x, the integrals of x y and x z, change theirs
-        return "-" if label in ("xy", "xz") else "+"
-    turns = not is_parameter or signal.key in _TURNED
-    return "-" if turns and label in Z_DOWN else "+"
 
 
 def _common(values: list[str]) -> str:

@@ -1,14 +1,16 @@
 """The map of a swap, in TOML: which variable of another FMU stands for which of the element that it replaces."""
 
+import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from .units import KNOWN
-from .wiring import Value, WiringError, suggestion
+from .units import KNOWN, conversion, units_of
+from .wiring import Element, Value, WiringError, suggestion
+from .z_down import sign
 
 _PARTS = {"variables": dict, "constants": dict, "without": list}
 
@@ -22,7 +24,7 @@ class Entry:
     ours : the variable or group of the element, or an output of another element, ``element.variable``.
     factor : theirs is so many times ours, in their unit.
     unit : the unit of theirs, where the FMU declares none.
-    z_down : whether theirs is in axes that count z downwards.
+    z_down : whether theirs is in axes that count z downwards; nothing to what has no direction.
     """
 
     ours: str
@@ -30,14 +32,27 @@ class Entry:
     unit: str = ""
     z_down: bool = False
 
+    def conversion(self, our: Element, ours: str, their: Element, theirs: str) -> tuple[float, str]:
+        """Return by what a variable of ours is multiplied to be one of theirs, and what forbids it or nothing."""
+        declared, unit, units = their.variables[theirs].unit, our.variables[ours].unit, units_of(their.description)
+        ratio = conversion(unit, units_of(our.description), declared or self.unit, units)
+        problem = ""
+        if self.unit and conversion(declared, units, self.unit, units) != 1:
+            problem = f"The FMU declares {theirs} in {declared}, and the map says {self.unit}."
+        elif self.unit and not unit:
+            problem = f"{ours} has no unit that could be converted to the {self.unit} of {theirs}: give a factor."
+        elif ratio is None:
+            problem = f"{theirs} is in {declared or self.unit}, to which no factor converts the {unit} of {ours}."
+        return self.factor * (sign(ours) if self.z_down else 1.0) * (ratio or 1.0), problem
+
 
 @dataclass(frozen=True)
 class SwapMap:
-    """How another FMU takes the place of an element; what has the same name in both needs no word.
+    """How another FMU takes the place of an element; inputs and outputs of the same name in both need no word.
 
     Parameters
     ----------
-    variables : what is ours, by the name of theirs, a variable or a group.
+    variables : what is ours, by the name of theirs, a variable or a group; parameters that it leaves out are theirs.
     constants : values for outputs of ours that the FMU has not, by variable or group, in our units.
     without : inputs of ours that it has no place for, by variable or group.
     """
@@ -56,11 +71,27 @@ def read(path: Path) -> dict[str, SwapMap]:
     """
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:  # of TOML, of UTF-8, or of an integer with thousands of digits
         raise WiringError(str(path), [f"This is not TOML: {error}."]) from None
     if problems := [problem for element, table in tables.items() for problem in _problems(element, table)]:
         raise WiringError(str(path), problems)
     return {element: _map(table) for element, table in tables.items()}
+
+
+def stem(variable: str) -> str:
+    """Return the name of the outermost group of a variable."""
+    return re.split(r"[.\[]", variable)[0]
+
+
+def folded(names: Collection[str], among: Iterable[str]) -> str:
+    """Return names in a line, groups of `among` that are in it as a whole as ``group.*`` or ``group[*]``."""
+    groups: dict[str, list[str]] = {}
+    for name in among:
+        groups.setdefault(stem(name), []).append(name)
+    whole = {group for group, members in groups.items() if len(members) > 1 and {*members} <= {*names}}
+    ends = {".": ".*", "[": "[*]", "": ""}
+    words = (s + ends[name[len(s) :][:1]] if (s := stem(name)) in whole else name for name in names)
+    return ", ".join(dict.fromkeys(words))
 
 
 def _map(table: Mapping[str, Any]) -> SwapMap:
@@ -87,8 +118,8 @@ def _problems(element: str, table: Any) -> Iterator[str]:
             )
         elif part == "constants":
             for name, value in content.items():
-                if type(value) not in (int, float, bool) or not isfinite(value):
-                    yield f"{where}: {name} = {value!r}: expected a finite number, true or false{_unquoted(value)}."
+                if type(value) is not bool and not _is_number(value):
+                    yield f"{where}: {name} = {value!r:.40}: expected a finite number, true or false{_unquoted(value)}."
         else:
             for name, entry in content.items():
                 yield from (f"[{element}.variables] {name}: {problem}" for problem in _entry_problems(entry))
@@ -102,16 +133,23 @@ def _entry_problems(entry: Any) -> Iterator[str]:
         return
     for key, value in entry.items():
         if key == "factor":
-            if type(value) not in (int, float) or not isfinite(value) or value == 0:
-                yield f"factor = {value!r}: expected a finite number that is not 0."
+            if not _is_number(value) or value == 0:
+                yield f"factor = {value!r:.40}: expected a finite number that is not 0."
         elif key == "unit":
-            if value not in KNOWN:
+            if type(value) is not str or value not in KNOWN:
                 yield f"unit = {value!r} is not known; expected one of {', '.join(KNOWN)}."
         elif key == "z_down":
             if type(value) is not bool:
                 yield f"z_down = {value!r}: expected true or false."
         elif key != "ours":
             yield f"{key} is unknown; expected ours, factor, unit or z_down."
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        return type(value) in (int, float) and isfinite(value)
+    except OverflowError:  # an integer beyond the floats
+        return False
 
 
 def _unquoted(value: Any) -> str:

@@ -1,6 +1,5 @@
 """Another FMU in the place of an element: its connections are led to the FMU's own variables, as a map tells."""
 
-import re
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -9,10 +8,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .fmu_file import FmuError, unpacked
-from .swap_map import Entry, SwapMap
-from .units import conversion, units_of
+from .swap_map import Entry, SwapMap, folded, stem
 from .wiring import Element, End, Link, Value, Wiring, WiringError, suggestion
-from .z_down import Z_DOWN
 
 Warn = Callable[[str], None]
 
@@ -28,13 +25,13 @@ def with_swaps(
     wiring : the system.
     fmus : FMU files by element, swapped in this order: the map of each sees the names of those before it.
     maps : how, by element; an element needs none whose FMU has the same names.
-    warn : called with what an FMU has no place for.
+    warn : called with what `swapped` tells.
 
     Raises
     ------
     WiringError : everything that keeps an FMU from taking the place.
     """
-    problems = [f"The map is for {name}, which is not swapped." for name in maps if name not in fmus]
+    problems: list[str] = []
     with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
         for i, (name, fmu) in enumerate(fmus.items()):
             try:
@@ -44,16 +41,19 @@ def with_swaps(
                 problems.append(f"{name}: {error}")
             except WiringError as error:
                 problems += error.problems
+        problems += [f"The map is for {name}, which is not swapped." for name in maps if name not in fmus]
         if problems:
             raise WiringError(wiring.name, problems)
-        yield wiring
+        # Of another name, so its results lie beside those of the system as it was.
+        yield replace(wiring, name="_".join([wiring.name, *(fmu.stem for fmu in fmus.values())]))
 
 
 def swapped(wiring: Wiring, their: Element, map_: SwapMap | None = None, warn: Warn = lambda message: None) -> Wiring:
     """Return the system with another element in the place of the one that has its name.
 
-    Results and further start values have the FMU's own names. Start values of the system go with it as far as it has a
-    variable for them; `warn` is told of the others, and of inputs that nothing feeds.
+    Results and further start values have the FMU's own names. Parameters of the system go to the variables that the map
+    has for them, without a map to those of equal names; `warn` is told of start values without a place, of inputs that
+    nothing feeds, and of angles whose unit nobody tells.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def swapped(wiring: Wiring, their: Element, map_: SwapMap | None = None, warn: W
     names = [element.name for element in wiring.elements]
     if their.name not in names:
         raise WiringError(wiring.name, [f"There is no element {their.name}." + suggestion(their.name, names)])
-    swap = _Swap(wiring, their, map_ or SwapMap())
+    swap = _Swap(wiring, their, map_)
     result = swap.result()
     if problems := [*swap.problems, *result.problems()]:
         raise WiringError(wiring.name, problems)
@@ -81,12 +81,13 @@ class _Place(NamedTuple):
 class _Swap:
     """One element replaced; collects problems, and notes for the user."""
 
-    def __init__(self, wiring: Wiring, their: Element, map_: SwapMap) -> None:
-        self.wiring, self.their, self.map = wiring, their, map_
+    def __init__(self, wiring: Wiring, their: Element, map_: SwapMap | None) -> None:
+        self.wiring, self.their, self.map, self.is_mapped = wiring, their, map_ or SwapMap(), map_ is not None
         self.elements = {element.name: element for element in wiring.elements}
         self.our = self.elements[their.name]
         self.problems: list[str] = []
         self.notes: list[str] = []
+        self.undeclared: dict[str, list[str]] = {}
         self.places: dict[str, _Place] = {}
         self.fed: list[Link] = []
 
@@ -103,7 +104,10 @@ class _Swap:
         for ours in sorted(self.places.keys() & left_out):
             self._problem(f"The map has {ours} both as {self.places[ours].variable} and as left out.")
         ends = [end.variable for link in self.wiring.links for end in link[:2] if end.element == self.our.name]
-        for ours in dict.fromkeys([*ends, *self.our.start_values]):
+        # A map is for a stranger, whose mass goes with its own inertia: an equal name alone carries no parameter to it.
+        kinds = ("input",) if self.is_mapped else ("input", "parameter")
+        ends += [v for v in self.our.start_values if self.our.variables[v].causality in kinds]
+        for ours in dict.fromkeys(ends):
             if ours in self.their.variables and ours not in mapped | left_out | self.places.keys():
                 self.places[ours] = _Place(ours, self._factor(self.our, ours, ours, Entry(ours)))
         held = {
@@ -118,7 +122,7 @@ class _Swap:
             for element in self.elements.values()
         )
         result = replace(self.wiring, elements=elements, links=(*self._led(links), *self.fed))
-        self._note_unfed(result, mapped)
+        self._note(result, mapped)
         return result
 
     def _map(self, name: str, entry: Entry, mapped: set[str]) -> None:
@@ -128,13 +132,15 @@ class _Swap:
             hint = suggestion(name, self.their.variables)
             self._problem(f"The map names {name}, which the FMU has not.{hint}")
         other, _, variable = entry.ours.partition(".")
-        of_ours = self.our.group(entry.ours)
-        owner = self.our if of_ours else self.elements.get(other, self.our)
-        ours = of_ours or owner.group(variable)
+        is_ours = bool(self.our.group(entry.ours)) or other not in self.elements
+        owner, wanted = (self.our, entry.ours) if is_ours else (self.elements[other], variable)
+        ours = owner.group(wanted)
         if not ours:
             known = [*self.our.variables, *(f"{e.name}.{v}" for e in self.elements.values() for v in e.variables)]
-            what = f"is neither a variable of {self.our.name} nor an output of another element"
-            self._problem(f"The map names {entry.ours}, which {what}.{suggestion(entry.ours, known)}")
+            what = f"which is neither a variable of {self.our.name} nor an output of another element"
+            if variable and is_ours and not self.our.group(other):
+                what = f"but there is no element {other} in the system, which has {', '.join(self.elements)}"
+            self._problem(f"The map names {entry.ours}, {what}.{suggestion(entry.ours, known)}")
         for suffix, their in theirs.items() if ours else ():
             if their in mapped:
                 self._problem(f"The map has {their} twice.")
@@ -157,18 +163,14 @@ class _Swap:
             self.places[ours] = _Place(their, factor)
 
     def _factor(self, owner: Element, ours: str, their: str, entry: Entry) -> float:
-        """Return by what one of ours is multiplied to be one of theirs, in the units of both."""
-        declared, stated, unit = self.their.variables[their].unit, entry.unit, owner.variables[ours].unit
-        units = units_of(self.their.description)
-        ratio = conversion(unit, units_of(owner.description), declared or stated, units)
-        if stated and conversion(declared, units, stated, units) != 1:
-            self._problem(f"The FMU declares {their} in {declared}, and the map says {stated}.")
-        elif stated and not unit:
-            self._problem(f"{ours} has no unit that could be converted to the {stated} of {their}: give a factor.")
-        elif ratio is None:
-            self._problem(f"{their} is in {declared or stated}, to which no factor converts the {unit} of {ours}.")
-        sign = Z_DOWN.get(ours.rsplit(".")[-1], 1.0) if entry.z_down else 1.0
-        return entry.factor * sign * (ratio or 1.0)
+        """Return by what one of ours is multiplied to be one of theirs; note an angle whose unit nobody tells."""
+        factor, problem = entry.conversion(owner, ours, self.their, their)
+        if problem:
+            self._problem(problem)
+        unit, stated = owner.variables[ours].unit or "", self.their.variables[their].unit or entry.unit
+        if unit.startswith("rad") and not stated and abs(entry.factor) == 1:
+            self.undeclared.setdefault(unit, []).append(their)
+        return factor
 
     def _ours(self, group: str, causality: str) -> Iterable[str]:
         """Return the variables of ours that the map leaves out by a name."""
@@ -191,14 +193,15 @@ class _Swap:
     def _led(self, links: Iterable[Link]) -> Iterator[Link]:
         """Yield the links, those of the element led to the variables of theirs."""
         name = self.our.name
-        open_: dict[tuple[str, str, str], dict[str, None]] = {}
+        constant, without = f"give a constant ([{name}.constants])", f"name it in [{name}] without"
+        open_: dict[tuple[str, ...], dict[str, None]] = {}
         for source, target, factor in links:
             from_, to = self.places.get(source.variable), self.places.get(target.variable)
             if source.element == name and from_ is None:
-                key = ("nothing for", _stem(source.variable), f"which {target.element} receives")
+                key = (constant, "nothing for", stem(source.variable), f"which {target.element} receives")
                 open_.setdefault(key, {})[source.variable] = None
             elif target.element == name and to is None:
-                key = ("no place for", _stem(target.variable), f"which {source.element} feeds")
+                key = (without, "no place for", stem(target.variable), f"which {source.element} feeds")
                 open_.setdefault(key, {})[target.variable] = None
             else:
                 if source.element == name and from_:
@@ -206,12 +209,9 @@ class _Swap:
                 if target.element == name and to:
                     target, factor = End(name, to.variable), factor * to.factor
                 yield Link(source, target, factor)
-        for (lacks, _, who), variables in open_.items():
-            other = (
-                f"give a constant ([{name}.constants])" if lacks == "nothing for" else f"name it in [{name}] without"
-            )
+        for (cure, lacks, _, who), variables in open_.items():
             what = f"{lacks} {', '.join(variables)}, {who}"
-            self._problem(f"The FMU has {what}: map it ([{name}.variables]) or {other}.")
+            self._problem(f"The FMU has {what}: map it ([{name}.variables]) or {cure}.")
 
     def _started(self) -> Element:
         """Return their element with the start values of ours that it has a place for."""
@@ -222,16 +222,18 @@ class _Swap:
             if place is None or their is None or their.causality not in ("input", "parameter"):
                 dropped.append(ours)
             elif their.type != type_ or (type_ != "Real" and place.factor != 1):
-                self._problem(
-                    f"{ours} is a {type_}: it cannot be set as {place.factor:g} of {their.name}, a {their.type}."
-                )
+                self._problem(f"{ours}, a {type_}, cannot be set as {place.factor:g} of {their.name}, a {their.type}.")
             else:
                 values[place.variable] = place.factor * value if type_ == "Real" else value
         if dropped:
-            self.notes.append(f"The FMU has no place for {', '.join(dropped)}: its own values hold.")
+            who = "map" if self.is_mapped else "FMU"
+            what = folded(dropped, self.our.start_values)
+            self.notes.append(f"The {who} has no place for {what}: the FMU's own values hold.")
         return replace(self.their, start_values={**values, **self.their.start_values})
 
-    def _note_unfed(self, result: Wiring, mapped: set[str]) -> None:
+    def _note(self, result: Wiring, mapped: set[str]) -> None:
+        for unit, names in self.undeclared.items():
+            self.notes.append(f"The FMU declares no unit for {', '.join(names)}: taken as {unit}.")
         fed = {link.target.variable for link in result.links if link.target.element == self.our.name}
         known = {*fed, *mapped, *self.our.variables, *self.their.start_values}
         unfed = [v.name for v in self.their.variables.values() if v.causality == "input" and v.name not in known]
@@ -240,10 +242,6 @@ class _Swap:
 
     def _problem(self, text: str) -> None:
         self.problems.append(f"{self.our.name}: {text}")
-
-
-def _stem(variable: str) -> str:
-    return re.split(r"[.\[]", variable)[0]
 
 
 def _with_values(element: Element, values: Mapping[End, Value]) -> Element:

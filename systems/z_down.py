@@ -16,3 +16,17 @@ Z_DOWN: Mapping[str, float] = {
     if sign == "-"
 }
 """Factor of a variable by the last part of its name; one for all others."""
+
+# Gains, masses, damping and standard deviations: they have elements of the same names, and no direction.
+_DIRECTIONLESS = {"K_P", "K_D", "K_I", "Gamma", "added_mass", "D_linear", "D_quadratic", "current_std"}
+
+
+def sign(variable: str) -> float:
+    """Return the factor of a variable on the way to axes that count z downwards, by its name: -1 or 1.
+
+    It knows the parameters of this project's components; any other variable is told by the last part of its name.
+    """
+    group, _, label = variable.rpartition(".")
+    if group == "I":  # the products with x, the integrals of x y and x z, change theirs
+        return -1.0 if label in ("xy", "xz") else 1.0
+    return 1.0 if group.partition(".")[0] in _DIRECTIONLESS else Z_DOWN.get(label, 1.0)

@@ -310,6 +310,8 @@ ROWS = """
 | `I.xx/yy/zz/xy/xz/yz` | kg.m2 | 3.7 6.3 5.9 0.0 0.0 0.0 | + + + - - + |
 | `dB/F_C.x/F_C.y/F_C.z/F_A.x/F_A.y/F_A.z` | N | 0.0 | + + - - + - - |
 | `q[1..6]` | rad | + |
+| `current_mean.x/y/z` | m/s | 0.0 | + - - |
+| `current_std.x/y/z` | m/s | 0.0 | + |
 | `preload.x/y/z` | N | 0.0 | + - - |
 | `attachment.x/y/z/phi/theta/psi` | m, rad | 0.7 0.5 0.4 0.0 0.0 0.0 | + - - + - - |
 """

@@ -17,6 +17,7 @@ from rov_cosim.systems import session, ssp_reader, swap_map
 from rov_cosim.systems.assessment import axes, errors, report
 from rov_cosim.systems.command import main
 from rov_cosim.systems.declaration import System, wire
+from rov_cosim.systems.fleet import holding
 from rov_cosim.systems.master import gauss_seidel, simulate
 from rov_cosim.systems.swap_map import Entry, SwapMap
 from rov_cosim.systems.swapping import swapped, with_swaps
@@ -24,7 +25,7 @@ from rov_cosim.systems.wiring import Element, WiringError
 
 HERE = Path(__file__).parent
 GUIDE = (HERE.parent / "systems" / "README.md").read_text()
-MAP = re.search(r"## Bring your own plant.*?```toml\n(.*?)```", GUIDE, re.S).group(1)
+MAP, FLEET_LINES = re.findall(r"```toml\n(.*?)```", GUIDE.partition("## Bring your own plant")[2], re.S)
 PUSH = {"north": 3.0, "east": -2.0, "down": 4.0}
 UP = {"x": 3.0, "y": 2.0, "z": -4.0}  # the same with z up
 STIFFNESS = {"x": 80.0, "y": 80.0, "z": 100.0}  # the controller's default
@@ -179,8 +180,107 @@ def test_what_the_fmu_has_no_place_for_is_told_in_a_line(archives, foreign, tmp_
     ):
         pass
     assert told == [
-        "rov_plant: The FMU has no place for dB, F_C.x, F_C.y, F_A.y, F_A.z: its own values hold.",
+        "rov_plant: The map has no place for dB, F_C.*, F_A.*: the FMU's own values hold.",
         "rov_plant: Nothing feeds yaw of the FMU: the start value holds.",
+    ]
+
+
+def test_a_map_alone_says_which_parameters_go_to_a_stranger(archives, foreign, fmus, tmp_path):
+    def of(fmu, text=None, values=None):
+        told = []
+        with ssp_reader.opened(archives["station_keeping"]) as wiring:
+            heavy = wiring.with_values(values or {"rov_plant.mass": 200.0, "rov_plant.eta_0.z": 0.2})
+            their = maps(tmp_path, text=text) if text is not None else {}
+            with with_swaps(heavy, {"rov_plant": fmu}, their, told.append) as other:
+                return other.elements[-1].start_values, told
+
+    started, told = of(foreign, MAP)
+    assert started["start_east"] == -0.5
+    assert "mass" not in started
+    assert told[0].startswith("rov_plant: The map has no place for dB, F_C.*, F_A.*, mass, eta_0.z: the FMU's own")
+    started, _ = of(foreign, MAP.replace("[rov_plant.constants]", 'mass = "mass"\n[rov_plant.constants]'))
+    assert started["mass"] == 200.0
+    assert of(fmus["rov_plant"], "[rov_plant]\n")[0] == {}
+    started, told = of(fmus["rov_plant"])
+    assert (started["mass"], told) == (200.0, [])
+
+
+def test_a_set_point_that_nothing_feeds_needs_no_entry_as_no_port_does(archives, fmus, tmp_path):
+    values = {"adaptive_pd.eta_d.z": 0.3, "adaptive_pd.K_P.x": 1.0}
+    with (
+        ssp_reader.opened(archives["station_keeping"]) as wiring,
+        with_swaps(
+            wiring.with_values(values), {"adaptive_pd": fmus["adaptive_pd"]}, maps(tmp_path, text="[adaptive_pd]")
+        ) as other,
+    ):
+        assert (other.value("adaptive_pd.eta_d.z"), other.value("adaptive_pd.K_P.x")) == (0.3, 80.0)
+
+
+def test_start_values_without_a_place_are_told_by_group(archives, foreign, fmus, tmp_path):
+    told = []
+    names = [v.name for v in read_model_description(fmus["rov_plant"]).modelVariables if v.causality == "parameter"]
+    with ssp_reader.opened(archives["station_keeping"]) as wiring:
+        full = wiring.with_values({f"rov_plant.{name}": wiring.value(f"rov_plant.{name}") for name in names})
+        with with_swaps(full, {"rov_plant": foreign}, maps(tmp_path), told.append):
+            pass
+    (line,) = told
+    listed = re.search("no place for (.*): the FMU's own values hold", line).group(1).split(", ")
+    assert len(names) > 90
+    assert len(listed) < 35
+    assert {"mass", "g", "I.*", "thruster[*]", "eta_0.x", "thrust_max"} <= set(listed)  # of eta_0 y and psi are mapped
+
+
+def test_z_down_turns_what_has_a_direction_alone(archives, fmus, tmp_path):
+    keys = ("added_mass", "D_linear", "I", "r_G", "nu_0", "mass", "thruster")
+    entries = "\n".join(f'{key} = {{ ours = "{key}", z_down = true }}' for key in keys)
+    names = {"added_mass.v": 1, "D_linear.w": 1, "mass": 1, "I.yy": 1, "I.yz": 1, "I.xy": -1, "I.xz": -1}
+    names |= {"r_G.y": -1, "r_G.x": 1, "nu_0.r": -1, "thruster[2].r.y": -1, "thruster[2].d.z": -1}
+    with ssp_reader.opened(archives["station_keeping"]) as wiring:
+        ones = wiring.with_values(
+            {f"rov_plant.{name}": 1.0 for name in names} | {"rov_plant.thruster[1].enabled": False}
+        )
+        text = f"[rov_plant.variables]\n{entries}\n"
+        with with_swaps(ones, {"rov_plant": fmus["rov_plant"]}, maps(tmp_path, text=text)) as other:
+            assert {name: other.value(f"rov_plant.{name}") for name in names} == names
+            assert other.value("rov_plant.thruster[1].enabled") is False
+
+
+def test_an_angle_whose_unit_nobody_tells_is_told_to_be_taken_as_ours(archives, foreign, tmp_path):
+    def told(text):
+        lines = []
+        with (
+            ssp_reader.opened(archives["station_keeping"]) as wiring,
+            with_swaps(wiring, {"rov_plant": foreign}, maps(tmp_path, text=text), lines.append),
+        ):
+            return [line for line in lines if "unit" in line]
+
+    both = "rov_plant: The FMU declares no unit for heading, start_heading: taken as rad."
+    assert told(MAP.replace(', unit = "deg"', "")) == [both]
+    assert told(MAP) == told(MAP.replace('unit = "deg"', "factor = 57.3")) == []
+
+
+def test_a_swapped_system_has_a_name_of_its_own(archives, fmus, foreign, tmp_path):
+    both = {"rov_plant": foreign, "adaptive_pd": fmus["adaptive_pd"]}
+    _, wiring = run(archives, both, maps(tmp_path), stop_time=0.3)
+    assert wiring.name == "station_keeping_ForeignRov_adaptive_pd"
+    assert run(archives, {}, {}, stop_time=0.3)[1].name == "station_keeping"
+
+
+def test_a_map_for_an_element_of_another_system_tells_the_elements_of_this_one(fmus, foreign, tmp_path):
+    folders = {name: Path(extract(fmu, tmp_path / name)) for name, fmu in fmus.items()}
+    with (
+        pytest.raises(WiringError) as caught,
+        with_swaps(wire(holding("bluerov2"), folders), {"rov_plant": foreign}, maps(tmp_path)),
+    ):
+        pass
+    what = "but there is no element adaptive_pd in the system, which has scenario, passive_arm, controller, rov_plant."
+    assert f"rov_plant: The map names adaptive_pd.tau.X, {what}" in caught.value.problems
+
+
+def test_an_unknown_element_is_told_before_the_map_that_is_left_over(archives, foreign, tmp_path):
+    assert refused(archives, {"rovplant": foreign}, maps(tmp_path)) == [
+        "There is no element rovplant. Did you mean rov_plant?",
+        "The map is for rov_plant, which is not swapped.",
     ]
 
 
@@ -299,7 +399,7 @@ def test_a_start_value_that_is_no_number_takes_no_factor(archives, fmus, tmp_pat
     with pytest.raises(WiringError) as caught:
         run(archives, {"adaptive_pd": fmus["adaptive_pd"]}, maps(tmp_path, text=text), system="station_keeping_pd")
     assert caught.value.problems == [
-        "adaptive_pd: adaptation is a Boolean: it cannot be set as -1 of adaptation, a Boolean."
+        "adaptive_pd: adaptation, a Boolean, cannot be set as -1 of adaptation, a Boolean."
     ]
 
 
@@ -334,6 +434,11 @@ WRONG_TOML = {
     '[a.variables]\nb = { ours = "c", unit = "furlong" }': "unit = 'furlong' is not known; expected one of m, s, kg",
     '[a.variables]\nb = { ours = "c", z_down = 1 }': "z_down = 1: expected true or false",
     '[a.variables]\nb = { ours = "c", sign = -1 }': "sign is unknown; expected ours, factor, unit or z_down",
+    '[a.variables]\nb = { ours = "c", unit = ["m"] }': "unit = ['m'] is not known; expected one of m, s, kg",
+    '[a.variables]\nb = { ours = "c", unit = {a = 1} }': "unit = {'a': 1} is not known; expected one of m, s, kg",
+    f'[a.variables]\nb = {{ ours = "c", factor = 1{"0" * 400} }}': "0: expected a finite number that is not 0",
+    f"[a.constants]\nb = 1{'0' * 400}": "0: expected a finite number",
+    f"[a.constants]\nb = 1{'0' * 5000}": "This is not TOML",
     "[a.constants]\nb = nan": "[a] constants: b = nan: expected a finite number, true or false",
     '[a.constants]\nb = "c"': "b = 'c': expected a finite number",
     "[a.constants]\nb.x = 1": "a name with a dot in it needs quotes",
@@ -369,11 +474,11 @@ def test_the_command_runs_the_guides_example(archives, foreign, tmp_path):
     swap = ("--swap", f"rov_plant={foreign}", "--map", tmp_path / "map.toml")
     done = call("run", "station_keeping", *swap, *sets(EXACT), "--output", tmp_path)
     assert done.exit_code == 0, done.output
-    assert "warning: rov_plant: The FMU has no place for dB, F_C.x, F_C.y, F_A.y, F_A.z: its own" in done.output
+    assert "warning: rov_plant: The map has no place for dB, F_C.*, F_A.*: the FMU's own values hold." in done.output
     table = {line.split()[0]: line.split() for line in done.output.splitlines() if line.endswith(("mm", "deg"))}
     assert set(table) >= {"x", "y", "z", "psi"}
     assert all(abs(float(table[axis][2])) < 5.0 for axis in "xyz")
-    assert (tmp_path / "station_keeping.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "station_keeping_ForeignRov.png").read_bytes().startswith(b"\x89PNG")
     done = call(
         "compare", "station_keeping", "station_keeping_pd", *swap, "--stop-time", 0.3, "--output", tmp_path / "c.png"
     )
@@ -415,7 +520,12 @@ def test_what_cannot_be_swapped_ends_with_a_line_for_each_reason(archives, fmus,
 
 
 def test_a_vehicle_of_another_make_gets_the_same_table(fmus, foreign, tmp_path):
-    text = MAP.replace("adaptive_pd.", "controller.").replace('"F_arm"]', '"F_arm", "F_umbilical", "current"]')
+    text = MAP
+    for line in FLEET_LINES.splitlines():  # each takes the place of the line that begins as it does
+        text, times = re.subn(
+            rf"^{re.escape(line.split(' =')[0])}( =.*)?$", lambda _, line=line: line, text, flags=re.M
+        )
+        assert times == 1, line
     (tmp_path / "map.toml").write_text(text)
     some = [f"--trouble={name}" for name in ("still_water", "noise_2", "delay_3", "current", "arm_pull", "dead_band")]
     some += ["--vehicle=hoang_kreuzer", "--jobs=2", "--set=rov_plant.push_north=4"]

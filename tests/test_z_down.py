@@ -1,5 +1,6 @@
 """A plant that counts z downwards is held by the unchanged controller, wired with signs."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,12 @@ from scipy.spatial.transform import Rotation
 from rov_cosim.components.frames import rotation
 from rov_cosim.components.vehicle import THETA
 from rov_cosim.exporters import archive
+from rov_cosim.exporters.build import components
 from rov_cosim.handover.importers import IMPORTERS, measure
 from rov_cosim.systems import ssp_reader, ssp_writer
 from rov_cosim.systems.declaration import System, wire
 from rov_cosim.systems.master import simulate
-from rov_cosim.systems.z_down import Z_DOWN
+from rov_cosim.systems.z_down import Z_DOWN, sign
 
 SET_POINT = {"x": 0.3, "y": -0.2, "z": 0.4, "psi": 0.5}
 PUSH = {"x": 3.0, "y": -2.0, "z": 4.0}  # north, east, down
@@ -62,6 +64,38 @@ def test_the_signs_are_those_of_a_half_turn_about_x():
     assert np.diag(turn) == pytest.approx(factors[:3])
     for angles in ([0.3, -0.4, 1.2], [-1.0, 1.1, -2.5]):
         assert rotation(factors[3:] * angles) == pytest.approx(turn @ rotation(np.array(angles)) @ turn)
+
+
+TURNED = {
+    *("F_A", "F_C", "attachment", "bias", "current_mean", "eta_0", "integral_0", "motion", "nu_0", "preload", "pull"),
+    *("r_A", "r_B", "r_C", "r_G", "step", "theta_hat_0", "thruster"),
+}
+
+
+def test_parameters_with_a_direction_turn_and_gains_masses_and_damping_do_not():
+    labelled = {
+        name
+        for component in components().values()
+        for signal in component.parameters
+        for name in signal.names
+        if name.rsplit(".")[-1] in Z_DOWN
+    }
+    turned = {name for name in labelled if sign(name) == -1}
+    assert {re.split(r"[.\[]", name)[0] for name in turned} == TURNED
+    still = {name.partition(".")[0] for name in labelled - turned}
+    assert still == {"K_P", "K_D", "K_I", "Gamma", "added_mass", "D_linear", "D_quadratic", "current_std"}
+
+
+def test_products_of_inertia_turn_as_the_matrix_does():
+    turn = np.diag([1.0, -1.0, -1.0])
+    turned = turn @ np.array([[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]]) @ turn
+    factors = [sign(f"I.{label}") for label in ("xx", "xy", "xz", "yy", "yz", "zz")]
+    assert np.array(factors) * [1.0, 2.0, 3.0, 4.0, 5.0, 6.0] == pytest.approx(turned[np.triu_indices(3)])
+
+
+def test_ports_of_any_name_turn_by_their_last_part():
+    names = ["tau.X", "tau.Y", "nu.w", "their.heave.z", "u[1]", "mass", "z"]
+    assert [sign(name) for name in names] == [1, -1, -1, -1, 1, 1, -1]
 
 
 def test_the_controller_holds_a_plant_that_counts_z_downwards(ned_fmus, tmp_path):
