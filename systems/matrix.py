@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
@@ -111,6 +111,8 @@ def run_all(
         except KeyboardInterrupt:
             raise MatrixError(f"Interrupted after {len(done)} of {len(cells)} runs.", matrix()) from None
         except BrokenProcessPool:
+            for process in active_children():  # the pool would wait for one that outlives its order to end
+                process.kill()
             message = f"A process died, of an FMU that crashed it, after {len(done)} of {len(cells)} runs."
             raise MatrixError(message, matrix()) from None
         finally:

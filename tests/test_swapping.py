@@ -533,7 +533,7 @@ def test_a_vehicle_of_another_make_gets_the_same_table(fmus, foreign, tmp_path):
     done = CliRunner().invoke(main, ["matrix", *some, *swap, f"--output={tmp_path}"])
     assert done.exit_code == 0, done.output
     assert done.output.count("has no place for") == 1  # told once, not for every controller
-    with open(tmp_path / "matrix.csv") as file:
+    with open(tmp_path / "matrix_part.csv") as file:
         rows = {(row["controller"], row["trouble"]): row for row in csv.DictReader(file)}
     # What it does not listen to does not apply: current, the arm's pull, a dead band of our thrusters.
     assert {trouble for _, trouble in rows} == {"still_water", "noise_2", "delay_3"}
