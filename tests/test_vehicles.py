@@ -45,7 +45,8 @@ def turn(vehicle):
 
 
 def test_there_is_a_file_for_each_vehicle():
-    assert set(FILES) == set(VEHICLES) == {"hoang_kreuzer", *PUBLISHED}
+    assert set(FILES) == set(VEHICLES)
+    assert {"hoang_kreuzer", *PUBLISHED} <= set(FILES)
 
 
 @pytest.mark.parametrize("vehicle", FILES)
