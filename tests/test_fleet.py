@@ -57,7 +57,7 @@ def loops(fmus):
 
 @pytest.fixture(scope="module")
 def still_water(loops):
-    return run_all(loops, ["still_water"], jobs=2)
+    return run_all(loops, ["still_water"], jobs=2).scores
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
