@@ -46,6 +46,11 @@ ATTACHMENT = (0.2, 0.5, 0.4)
 """Where the arm is fixed to the structure, seen from its base on a vehicle in place, in m: in reach from the start."""
 
 
+def named(vehicle: str, controller: str) -> str:
+    """Return the name of the system in which a controller holds a vehicle."""
+    return vehicle if controller == "adaptive_pd" else f"{vehicle}_{controller}"
+
+
 def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
     """Return the system in which a controller holds one of `VEHICLES`, from the paper's start, under its loads."""
     plant = parameters_of(vehicle)
@@ -53,7 +58,7 @@ def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
     known = {**_shared(component, plant), **gains(component, plant)}
     attachment = {f"attachment.{axis}": plant[f"r_A.{axis}"] + gap for axis, gap in zip(XYZ, ATTACHMENT, strict=True)}
     return scenario_loop(
-        vehicle if controller == "adaptive_pd" else f"{vehicle}_{controller}",
+        named(vehicle, controller),
         f"{VEHICLES[vehicle]}, held by {controller}",
         {
             "passive_arm": {**_shared(PASSIVE_ARM, plant), **attachment},
@@ -67,7 +72,12 @@ def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
 
 @cache
 def parameters_of(vehicle: str) -> Mapping[str, Value]:
-    """Return the parameters of `rov_plant` for one of `VEHICLES`."""
+    """Return the parameters of `rov_plant` for one of `VEHICLES`.
+
+    Raises
+    ------
+    WiringError : its file is missing or wrong.
+    """
     return read_parameter_set(Path(__file__).parent / "vehicles" / f"{vehicle}.ssv", describe(ROV_PLANT))
 
 

@@ -2,14 +2,17 @@
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.vehicle import THETA
-from rov_cosim.systems import station_keeping
+from rov_cosim.systems import fleet, station_keeping
+from rov_cosim.systems.command import main
 from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, holding, parameters_of
 from rov_cosim.systems.master import simulate
 from rov_cosim.systems.matrix import Cell, run_all, wired
 from rov_cosim.systems.session import project_root
+from rov_cosim.systems.wiring import WiringError
 
 PAPER = dict(zip(CONTROLLER.p.names, CONTROLLER.p.start.tolist(), strict=True))
 TOTALS = {"x": 120.0, "y": 128.0, "z": 136.0, "psi": 14.7}
@@ -87,3 +90,15 @@ def test_every_vehicle_has_the_predicted_offset_with_pd(loops, vehicle):
 def test_the_arm_reaches_the_structure_from_start_to_end(loops, vehicle):
     results = simulate(loops[vehicle, "adaptive_pd"], stop_time=60.0)
     assert results["passive_arm.attached"].all()
+
+
+def test_a_faulty_vehicle_stops_its_own_systems_alone(archives, monkeypatch, tmp_path):
+    def faulty(vehicle):
+        raise WiringError(f"{vehicle}.ssv", ["There is no such file."])
+
+    monkeypatch.setattr(fleet, "parameters_of", faulty)
+    for system, status in (("bluerov2_pid", 1), ("station_keeping", 0)):
+        done = CliRunner().invoke(main, ["run", system, "--stop-time", "0.3", "--output", str(tmp_path)])
+        assert done.exit_code == status
+    done = CliRunner().invoke(main, ["run", "bluerov2"])
+    assert done.output == "Error: bluerov2.ssv: There is no such file.\n"

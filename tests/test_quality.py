@@ -12,7 +12,7 @@ import pytest
 from rov_cosim.exporters.build import components
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.command import main
-from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, holding
+from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, named
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted(p for p in ROOT.rglob("*.md") if not {".venv", "build"} & set(p.relative_to(ROOT).parts))
@@ -52,9 +52,7 @@ def test_the_readme_names_every_component_and_command():
         for page in ("README.md", "FLEET.md")
     ]
     assert set(rows[1]) <= set(VEHICLES)
-    assert [*rows[0], *(system.name for pair in product(VEHICLES, CONTROLLERS) for system in [holding(*pair)])] == list(
-        SYSTEMS
-    )
+    assert [*rows[0], *(named(*pair) for pair in product(VEHICLES, CONTROLLERS))] == list(SYSTEMS)
 
 
 @pytest.mark.parametrize("name", components())
