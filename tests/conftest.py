@@ -9,6 +9,8 @@ from fmu import Fmu
 from rov_cosim.exporters.build import components, fmu_path
 from rov_cosim.systems import session
 from rov_cosim.systems.catalogue import SYSTEMS
+from rov_cosim.systems.fleet import CONTROLLERS
+from rov_cosim.systems.matrix import wired
 
 
 @pytest.fixture(scope="session")
@@ -61,3 +63,16 @@ def native(fmus, tmp_path):
     yield open_
     for one in opened:
         one.fmu.freeInstance()
+
+
+@pytest.fixture(scope="session")
+def loops(fmus):
+    """Return the loops of one vehicle, by vehicle and controller, with their FMUs extracted."""
+    with wired(session.project_root(), ["bluerov2"], CONTROLLERS) as loops:
+        yield loops
+
+
+@pytest.fixture(scope="session")
+def loop(loops):
+    """Return the loop of this vehicle with the adaptive controller."""
+    return loops["bluerov2", "adaptive_pd"]

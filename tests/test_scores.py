@@ -1,0 +1,96 @@
+"""How a run is scored: the rules of the verdicts, and the figures of the hold."""
+
+import numpy as np
+import pytest
+
+from rov_cosim.systems.master import simulate
+from rov_cosim.systems.matrix import score_of
+from rov_cosim.systems.scores import LOST, OFFSET, SWAY, score
+
+VEHICLE = "bluerov2"
+
+
+@pytest.fixture(scope="module")
+def still(loop):
+    """Return a run at rest, whose pose the tests replace."""
+    results = simulate(loop, stop_time=90.0)
+    for axis in ("x", "y", "z", "phi", "theta", "psi"):
+        results[f"rov_plant.eta.{axis}"] = 0.0
+    return results
+
+
+def moved(results, axis, values):
+    changed = results.copy()
+    changed[f"rov_plant.eta.{axis}"] = values
+    return changed
+
+
+@pytest.mark.parametrize("axis", ["x", "z", "psi"])
+def test_the_verdict_follows_the_stated_rules(still, loop, axis):
+    t = still["time"]
+    wave = np.sqrt(2) * np.sin(2 * np.pi * t / 5.0)  # of root mean square 1
+    assert score(still, loop).verdict == "held"
+    for factor, bound in ((0.9, "held"), (1.1, "offset")):
+        assert score(moved(still, axis, factor * OFFSET[axis]), loop).verdict == bound
+    for factor, bound in ((0.9, "held"), (1.1, "oscillates")):
+        assert score(moved(still, axis, factor * SWAY[axis] * wave), loop).verdict == bound
+    for factor, bound in ((0.9, "oscillates"), (1.1, "lost")):
+        once = np.where(t > t[-1] - 5.0, factor * LOST[axis], 0.0)
+        assert score(moved(still, axis, once), loop).verdict == bound
+    for since, verdict in ((61.0, "held"), (59.0, "lost")):  # what was before the last 60 s does not count
+        before = np.where(t < t[-1] - since, 2 * LOST[axis], 0.0)
+        assert score(moved(still, axis, before), loop).verdict == verdict
+
+
+def test_a_vehicle_that_lies_on_its_side_is_lost(still, loop):
+    for angle, verdict in ((0.7, "held"), (-0.8, "lost")):
+        for axis in ("phi", "theta"):
+            found = score(moved(still, axis, angle), loop)
+            assert (found.verdict, found.tilt) == (verdict, pytest.approx(abs(angle)))
+    assert found.reason == "tilted beyond 45 deg"
+
+
+def test_settling_is_that_of_the_last_axis_and_none_if_it_lasts_into_the_hold(still, loop):
+    t = still["time"]  # up to 90 s, so that the hold begins at 30 s
+    both = moved(moved(still, "y", np.where(t < 10.0, 0.1, 0.0)), "psi", np.where(t < 20.0, 0.1, 0.0))
+    assert score(both, loop).settling == pytest.approx(20.0, abs=0.031)
+    assert score(moved(both, "z", np.where(t < 31.0, 0.021, 0.0)), loop).settling is None
+
+
+def test_a_vehicle_whose_measurement_is_gone_is_lost(still, loop):
+    gone = still.copy()
+    gone["passive_arm.eta_m_valid"][-200:] = False
+    assert (score(gone, loop).verdict, score(gone, loop).reason) == ("lost", "the arm does not measure at the end")
+    gone["passive_arm.eta_m_valid"][-1] = True  # a lost sample now and then is no loss of the vehicle
+    assert score(gone, loop).verdict == "held"
+
+
+def test_a_score_has_the_figures_of_the_hold(still, loop):
+    t = still["time"]
+    swaying = moved(moved(still, "x", 0.003 + 0.004 * np.sin(2 * np.pi * t)), "psi", 0.01)
+    for i in range(1, 9):
+        swaying[f"controller.u[{i}]"] = 2.0
+    swaying["controller.saturated"] = t > t[-1] - 15.0
+    for axis in "XYZN":
+        swaying[f"controller.disturbance.{axis}"] = 3.0
+        swaying[f"rov_plant.disturbance.{axis}"] = 1.0
+    found = score(swaying, loop)
+    assert found.mean == pytest.approx(0.003, abs=1e-5)
+    assert found.rms == pytest.approx(np.hypot(0.003, 0.004 / np.sqrt(2)), rel=1e-3)
+    assert found.worst == pytest.approx(0.007, rel=1e-2)
+    assert found.mean_yaw == found.worst_yaw == pytest.approx(0.01)
+    assert found.effort == pytest.approx(2.0 * np.sqrt(8))
+    assert found.saturated == pytest.approx(0.25, abs=0.01)
+    assert (found.wrong_force, found.wrong_moment) == pytest.approx((2 * np.sqrt(3), 2.0))
+    assert found.settling == 0.0
+
+
+def test_pd_estimates_nothing(loops):
+    assert score_of(loops[VEHICLE, "pd"], "still_water").wrong_force is None
+
+
+def test_the_estimate_of_the_others_comes_to_the_disturbance(loops):
+    for controller in ("adaptive_pd", "pid"):
+        found = score_of(loops[VEHICLE, controller], "still_water")
+        assert found.wrong_force < 0.1  # of 2 to 4 N
+        assert found.wrong_moment < 0.01
