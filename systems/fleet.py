@@ -3,8 +3,8 @@
 The rule: each gain of an axis is the paper's times the ratio of the inertias, added mass included, so the closed loop
 has the paper's frequency and the damping that the paper's controller gives; a vehicle's own damping comes on top, as
 there. The gains of x and y are in the earth frame, where surge and sway turn into each other: both take the mean of the
-two. Gamma of a force takes the ratio of the inertia that it moves, and so do the forces of umbilical and arm: a PD
-controller has the paper's offsets. Roll and pitch are free but, as in the paper, not controlled.
+two ratios. Gamma of a force takes the ratio of the inertia that it moves, and so do the forces of umbilical and arm: a
+PD controller has the paper's offsets. Roll and pitch are free but, as in the paper, not controlled.
 """
 
 from collections.abc import Mapping
