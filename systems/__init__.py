@@ -1,1 +1,1 @@
-"""Systems of FMUs: their declarations, SSP archives, the master that runs them, and what is read off their results."""
+"""The systems of this project, a file each, and the vehicles of the fleet."""

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import product
 
-from . import fleet, paper_simulation, paper_simulation_pd, station_keeping, station_keeping_pd
-from .declaration import System
+from rov_cosim.ssp.declaration import System
+from rov_cosim.systems import fleet, paper_simulation, paper_simulation_pd, station_keeping, station_keeping_pd
 
 
 class _Catalogue(Mapping[str, System]):

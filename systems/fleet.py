@@ -14,18 +14,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..components.adaptive_pd import COMPONENT as ADAPTIVE_PD
-from ..components.interface import POSE, VELOCITY, XYZ, Component
-from ..components.passive_arm import COMPONENT as PASSIVE_ARM
-from ..components.pid import COMPONENT as PID
-from ..components.rov_plant import COMPONENT as ROV_PLANT
-from ..components.vehicle import THETA
-from ..exporters.model_description import describe
-from . import station_keeping
-from .declaration import System
-from .loop import scenario_loop
-from .parameter_set import read_parameter_set
-from .wiring import Value
+from rov_cosim.components.adaptive_pd import COMPONENT as ADAPTIVE_PD
+from rov_cosim.components.interface import POSE, VELOCITY, XYZ, Component
+from rov_cosim.components.passive_arm import COMPONENT as PASSIVE_ARM
+from rov_cosim.components.pid import COMPONENT as PID
+from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
+from rov_cosim.components.vehicle import THETA
+from rov_cosim.exporters.model_description import describe
+from rov_cosim.ssp.declaration import System
+from rov_cosim.ssp.parameter_set import read_parameter_set
+from rov_cosim.ssp.wiring import Value
+from rov_cosim.systems import station_keeping
+from rov_cosim.systems.loop import scenario_loop
 
 VEHICLES = {
     "hoang_kreuzer": "The paper's vehicle, 80 kg",

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 from rov_cosim.exporters.model_description import STOP_TIME
-from rov_cosim.systems.declaration import System
-from rov_cosim.systems.wiring import Value
+from rov_cosim.ssp.declaration import System
+from rov_cosim.ssp.wiring import Value
 
 CONTROLLER_COMPONENTS = ("adaptive_pd", "pid")
 """The components that fit into the loop as its controller."""

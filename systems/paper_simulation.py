@@ -5,8 +5,8 @@ Gains, forces and start are the paper's. The adaptation gain is inferred: with t
 """
 
 from rov_cosim.components.vehicle import THETA
+from rov_cosim.study.session import run
 from rov_cosim.systems.loop import station_keeping_loop
-from rov_cosim.systems.session import run
 
 GAINS = {"K_P.x": 100.0, "K_P.y": 100.0, "K_P.z": 120.0, "K_P.psi": 55.0}
 DAMPING = {"K_D.x": 90.0, "K_D.y": 90.0, "K_D.z": 90.0, "K_D.psi": 80.0}

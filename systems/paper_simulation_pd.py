@@ -1,8 +1,8 @@
 """Case 4.1 of Hoang & Kreuzer 2007 with the PD controller: each axis settles where K_P e equals the disturbance."""
 
+from rov_cosim.study.session import run
 from rov_cosim.systems import paper_simulation
 from rov_cosim.systems.loop import without_adaptation
-from rov_cosim.systems.session import run
 
 SYSTEM = without_adaptation(
     paper_simulation.SYSTEM, "paper_simulation_pd", "Case 4.1 with the PD controller, for comparison"

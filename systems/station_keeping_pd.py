@@ -1,8 +1,8 @@
 """Case 4.2 of Hoang & Kreuzer 2007 with the PD controller: a constant offset remains."""
 
+from rov_cosim.study.session import run
 from rov_cosim.systems import station_keeping
 from rov_cosim.systems.loop import without_adaptation
-from rov_cosim.systems.session import run
 
 SYSTEM = without_adaptation(
     station_keeping.SYSTEM, "station_keeping_pd", "Case 4.2 with the PD controller, for comparison"

@@ -7,10 +7,10 @@ from pythonfmu.builder import FmuBuilder
 
 from fmu import Fmu
 from rov_cosim.exporters.build import components, fmu_path
-from rov_cosim.systems import session
+from rov_cosim.study import session
+from rov_cosim.study.campaign import wired
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.fleet import CONTROLLERS
-from rov_cosim.systems.matrix import wired
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,7 @@
 """What the FMUs make of misuse. Each fault gets a process of its own, as some end it:
 
 python faults.py FMU FAULT    commits it; prints what the call answers, then what is wrong with the FMU afterwards
-python faults.py --table      commits all on both exports and writes exporters/FAULTS.md
+python faults.py --table      commits all on both exports and writes rov_cosim/exporters/FAULTS.md
 """
 
 import argparse
@@ -24,7 +24,7 @@ from tempfile import TemporaryDirectory
 from raw_fmi import BEGIN, END, INIT, RUN, SETUP, Bench
 
 ROOT = Path(__file__).parent.parent
-PAGE = ROOT / "exporters" / "FAULTS.md"
+PAGE = ROOT / "rov_cosim" / "exporters" / "FAULTS.md"
 ACCEPTED = "accepted"
 
 
@@ -351,7 +351,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("fmu", type=Path, nargs="?")
     parser.add_argument("fault", nargs="?", choices=[fault.name for fault in FAULTS], metavar="fault")
-    parser.add_argument("--table", action="store_true", help="write exporters/FAULTS.md")
+    parser.add_argument("--table", action="store_true", help="write rov_cosim/exporters/FAULTS.md")
     given = parser.parse_args()
     if given.table:
         write_page()

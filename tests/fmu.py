@@ -7,8 +7,8 @@ from fmpy.fmi2 import FMU2Slave
 from lxml import etree
 
 from rov_cosim.exporters import archive
-from rov_cosim.systems.slave import Slave
-from rov_cosim.systems.wiring import Element
+from rov_cosim.master.slave import Slave
+from rov_cosim.ssp.wiring import Element
 
 
 class Fmu:

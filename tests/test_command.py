@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from rov_cosim.cli.main import main
 from rov_cosim.exporters.build import components
-from rov_cosim.systems import session
+from rov_cosim.study import session
 from rov_cosim.systems.catalogue import SYSTEMS
-from rov_cosim.systems.command import main
 
 ROOT = Path(__file__).parent.parent
 
@@ -120,7 +120,7 @@ def test_a_run_that_fails_midway_keeps_its_results(archives, tmp_path):
 
 
 def test_a_light_install_runs_the_pythonfmu_export_and_says_what_the_native_one_needs(tmp_path):
-    script = "import sys; sys.modules['casadi'] = None; from rov_cosim.systems.command import main; main()"
+    script = "import sys; sys.modules['casadi'] = None; from rov_cosim.cli.main import main; main()"
     command = [sys.executable, "-c", script, "run", "station_keeping", "--stop-time", "0.3", "--output", tmp_path]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1

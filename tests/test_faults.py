@@ -1,4 +1,4 @@
-"""What the FMUs make of misuse, fault by fault; exporters/FAULTS.md tells the same."""
+"""What the FMUs make of misuse, fault by fault; rov_cosim/exporters/FAULTS.md tells the same."""
 
 import re
 import sys

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from rov_cosim.cli.main import main
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.vehicle import THETA
+from rov_cosim.master.master import simulate
+from rov_cosim.ssp.wiring import WiringError
+from rov_cosim.study.campaign import Cell, run_all, wired
+from rov_cosim.study.session import project_root
 from rov_cosim.systems import fleet, station_keeping
-from rov_cosim.systems.command import main
 from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, holding, parameters_of
-from rov_cosim.systems.master import simulate
-from rov_cosim.systems.matrix import Cell, run_all, wired
-from rov_cosim.systems.session import project_root
-from rov_cosim.systems.wiring import WiringError
 
 PAPER = dict(zip(CONTROLLER.p.names, CONTROLLER.p.start.tolist(), strict=True))
 TOTALS = {"x": 120.0, "y": 128.0, "z": 136.0, "psi": 14.7}

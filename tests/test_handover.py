@@ -19,6 +19,7 @@ from fmpy.ssp.ssd import read_ssv
 from fmpy.util import read_csv
 from lxml import etree
 
+from rov_cosim.cli.main import main
 from rov_cosim.components.cases import cases_of
 from rov_cosim.components.interface import Signal, count
 from rov_cosim.exporters import archive, native_export, zig
@@ -26,7 +27,6 @@ from rov_cosim.exporters.build import components
 from rov_cosim.handover import kit, verdict
 from rov_cosim.handover.check import CheckError
 from rov_cosim.systems.catalogue import SYSTEMS
-from rov_cosim.systems.command import main
 
 COMPONENTS = components()
 NAMES = list(COMPONENTS)

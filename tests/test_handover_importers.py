@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rov_cosim.handover.driving import deviation
-from rov_cosim.handover.importers import CONTROLLER, IMPORTERS, SYSTEM, measure
+from rov_cosim.importers.driving import deviation
+from rov_cosim.importers.page import CONTROLLER, IMPORTERS, SYSTEM, measure
 
-HANDOVER = Path(__file__).parent.parent / "handover"
+ROOT = Path(__file__).parent.parent
 SLOW = {("fmpy_command", "controller"), ("toolbox", "controller"), ("toolbox", "loop")}
 SECTIONS = {
     "FMPy": "fmpy",
@@ -59,13 +59,13 @@ def test_a_deviation_misses_nothing():
 @pytest.mark.parametrize("title", SECTIONS)
 def test_the_examples_of_a_tool_run(fmus, archives, tmp_path, title):
     skip_unless_installed(SECTIONS[title])
-    page = (HANDOVER / "importing.md.in").read_text()
+    page = (ROOT / "rov_cosim" / "importers" / "importing.md.in").read_text()
     (section,) = re.findall(rf"^## {title} \(run here\)$(.*?)^## ", page, re.M | re.S)
     blocks = re.findall(r"^```(\w+)\n(.*?)^```$", section, re.M | re.S)
     assert blocks
     for path in (*fmus.values(), archives[SYSTEM]):
         shutil.copy(path, tmp_path)
-    tbb = "from rov_cosim.handover.masters import _ecos; _ecos()\n" if title == "Ecos" else ""
+    tbb = "from rov_cosim.importers.masters import _ecos; _ecos()\n" if title == "Ecos" else ""
     environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     for language, text in blocks:
         command = [sys.executable, "-c", tbb + text] if language == "python" else ["sh", "-ec", text]
@@ -74,6 +74,6 @@ def test_the_examples_of_a_tool_run(fmus, archives, tmp_path, title):
 
 
 def test_the_committed_table_names_every_tool():
-    page = (HANDOVER / "IMPORTERS.md").read_text()
+    page = (ROOT / "docs" / "IMPORTERS.md").read_text()
     rows = [line.split(" | ")[0].removeprefix("| ") for line in page.splitlines() if line.startswith("| ")]
     assert {tool.title for tool in IMPORTERS.values()} <= set(rows)

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rov_cosim.handover.importers import IMPORTERS, measure
-from rov_cosim.systems import ssp_reader
-from rov_cosim.systems.master import simulate
+from rov_cosim.importers.page import IMPORTERS, measure
+from rov_cosim.master.master import simulate
+from rov_cosim.ssp import reader as ssp_reader
 
 STOP = 12.0
 # libcosim keeps time in whole nanoseconds, so that its steps differ in the last digit. The vehicle sums that up, and

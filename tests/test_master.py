@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from fmpy import extract
 
-from rov_cosim.systems import ssp_reader, ssp_writer
+from rov_cosim.master.master import SimulationError, gauss_seidel, jacobi, simulate
+from rov_cosim.ssp import reader as ssp_reader
+from rov_cosim.ssp import writer as ssp_writer
+from rov_cosim.ssp.declaration import System, wire
+from rov_cosim.ssp.wiring import Element, End, Link, Wiring
 from rov_cosim.systems.catalogue import SYSTEMS
-from rov_cosim.systems.declaration import System, wire
-from rov_cosim.systems.master import SimulationError, gauss_seidel, jacobi, simulate
-from rov_cosim.systems.wiring import Element, End, Link, Wiring
 
 
 def chain(plain_gain, tmp_path, n=3, **parameters):

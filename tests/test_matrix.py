@@ -16,13 +16,14 @@ import pytest
 from click.testing import CliRunner
 from pythonfmu.builder import FmuBuilder
 
-from rov_cosim.systems import matrix_tables, swap_map
-from rov_cosim.systems.command import main
+from rov_cosim.cli.main import main
+from rov_cosim.ssp import swap_map
+from rov_cosim.study import campaign_tables as matrix_tables
+from rov_cosim.study.campaign import Cell, MatrixError, run_all, score_of, wired
+from rov_cosim.study.scores import VERDICTS
+from rov_cosim.study.session import project_root
+from rov_cosim.study.troubles import TROUBLES
 from rov_cosim.systems.fleet import CONTROLLERS, STOP_TIME, VEHICLES
-from rov_cosim.systems.matrix import Cell, MatrixError, run_all, score_of, wired
-from rov_cosim.systems.scores import VERDICTS
-from rov_cosim.systems.session import project_root
-from rov_cosim.systems.troubles import TROUBLES
 
 VEHICLE = "bluerov2"
 
@@ -196,7 +197,7 @@ def test_bad_input_ends_with_a_reason(archives, tmp_path, arguments, reason):
 
 @pytest.mark.slow
 def test_ctrl_c_ends_the_command_with_the_scores_so_far(fmus, tmp_path):
-    command = [sys.executable, "-m", "rov_cosim.systems.command", "matrix", "--jobs", "2", "--output", str(tmp_path)]
+    command = [sys.executable, "-m", "rov_cosim.cli.main", "matrix", "--jobs", "2", "--output", str(tmp_path)]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )

@@ -4,9 +4,9 @@ import pytest
 
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
 from rov_cosim.exporters.model_description import describe
-from rov_cosim.systems.parameter_set import read_parameter_set
-from rov_cosim.systems.ssp_xml import STANDARD
-from rov_cosim.systems.wiring import WiringError
+from rov_cosim.ssp.parameter_set import read_parameter_set
+from rov_cosim.ssp.strict_xml import STANDARD
+from rov_cosim.ssp.wiring import WiringError
 
 DESCRIPTION = describe(PLANT)
 

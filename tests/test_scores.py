@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rov_cosim.systems.master import simulate
-from rov_cosim.systems.matrix import score_of
-from rov_cosim.systems.scores import LOST, OFFSET, SWAY, score
+from rov_cosim.master.master import simulate
+from rov_cosim.study.campaign import score_of
+from rov_cosim.study.scores import LOST, OFFSET, SWAY, score
 
 VEHICLE = "bluerov2"
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 
 from rov_cosim.exporters import archive
-from rov_cosim.systems import ssp_reader
+from rov_cosim.master.master import simulate
+from rov_cosim.ssp import reader as ssp_reader
+from rov_cosim.ssp.declaration import wire
+from rov_cosim.ssp.strict_xml import NAMESPACES
+from rov_cosim.ssp.wiring import WiringError
 from rov_cosim.systems.catalogue import SYSTEMS
-from rov_cosim.systems.declaration import wire
-from rov_cosim.systems.master import simulate
-from rov_cosim.systems.ssp_xml import NAMESPACES
-from rov_cosim.systems.wiring import WiringError
 
 
 def changed(archives, tmp_path, **edits):

@@ -9,11 +9,13 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 from rov_cosim.exporters import archive
-from rov_cosim.systems import container, ssp_reader, ssp_writer
+from rov_cosim.ssp import container
+from rov_cosim.ssp import reader as ssp_reader
+from rov_cosim.ssp import writer as ssp_writer
+from rov_cosim.ssp.declaration import System, wire
+from rov_cosim.ssp.strict_xml import NAMESPACES
+from rov_cosim.ssp.wiring import WiringError
 from rov_cosim.systems.catalogue import SYSTEMS
-from rov_cosim.systems.declaration import System, wire
-from rov_cosim.systems.ssp_xml import NAMESPACES
-from rov_cosim.systems.wiring import WiringError
 
 NAMES = list(SYSTEMS)
 

@@ -11,17 +11,19 @@ from fmpy import extract, read_model_description
 from pythonfmu.builder import FmuBuilder
 
 from fmu import with_units
+from rov_cosim.cli.main import main
 from rov_cosim.components.vehicle import THETA
 from rov_cosim.exporters import archive
-from rov_cosim.systems import session, ssp_reader, swap_map
-from rov_cosim.systems.assessment import axes, errors, report
-from rov_cosim.systems.command import main
-from rov_cosim.systems.declaration import System, wire
+from rov_cosim.master.master import gauss_seidel, simulate
+from rov_cosim.ssp import reader as ssp_reader
+from rov_cosim.ssp import swap_map
+from rov_cosim.ssp.declaration import System, wire
+from rov_cosim.ssp.swap_map import Entry, SwapMap
+from rov_cosim.ssp.swapping import swapped, with_swaps
+from rov_cosim.ssp.wiring import Element, WiringError
+from rov_cosim.study import session
+from rov_cosim.study.assessment import axes, errors, report
 from rov_cosim.systems.fleet import holding
-from rov_cosim.systems.master import gauss_seidel, simulate
-from rov_cosim.systems.swap_map import Entry, SwapMap
-from rov_cosim.systems.swapping import swapped, with_swaps
-from rov_cosim.systems.wiring import Element, WiringError
 
 HERE = Path(__file__).parent
 GUIDE = (HERE.parent / "systems" / "README.md").read_text()

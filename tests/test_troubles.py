@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from rov_cosim.master.master import simulate
+from rov_cosim.study.campaign import Cell, run_all, wired
+from rov_cosim.study.nominal import DoesNotApplyError
+from rov_cosim.study.session import project_root
+from rov_cosim.study.troubles import ONSET, TROUBLES
 from rov_cosim.systems.fleet import VEHICLES
-from rov_cosim.systems.master import simulate
-from rov_cosim.systems.matrix import Cell, run_all, wired
-from rov_cosim.systems.session import project_root
-from rov_cosim.systems.ship import DoesNotApplyError
-from rov_cosim.systems.troubles import ONSET, TROUBLES
 
 VEHICLE = "bluerov2"
 

@@ -5,12 +5,13 @@ from lxml import etree
 
 from fmu import with_units
 from rov_cosim.exporters import archive
-from rov_cosim.handover.importers import IMPORTERS, measure
-from rov_cosim.systems import ssp_reader, ssp_writer
-from rov_cosim.systems.declaration import System, wire
-from rov_cosim.systems.master import simulate
-from rov_cosim.systems.ssp_xml import NAMESPACES
-from rov_cosim.systems.wiring import WiringError
+from rov_cosim.importers.page import IMPORTERS, measure
+from rov_cosim.master.master import simulate
+from rov_cosim.ssp import reader as ssp_reader
+from rov_cosim.ssp import writer as ssp_writer
+from rov_cosim.ssp.declaration import System, wire
+from rov_cosim.ssp.strict_xml import NAMESPACES
+from rov_cosim.ssp.wiring import WiringError
 
 DEG = {"rad": "1", "factor": "0.0174532925199433"}
 UNITS = {

@@ -15,9 +15,9 @@ from rov_cosim.components.interface import VELOCITY
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
 from rov_cosim.components.rov_plant import equations
 from rov_cosim.exporters.model_description import describe, literal
+from rov_cosim.ssp.parameter_set import read_parameter_set
+from rov_cosim.ssp.writer import PARAMETER_SET
 from rov_cosim.systems.fleet import VEHICLES
-from rov_cosim.systems.parameter_set import read_parameter_set
-from rov_cosim.systems.ssp_writer import PARAMETER_SET
 
 FILES = {path.stem: path for path in (Path(systems.__file__).parent / "vehicles").glob("*.ssv")}
 PUBLISHED = json.loads((Path(__file__).parent / "published_vehicles.json").read_text())

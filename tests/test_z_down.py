@@ -12,11 +12,12 @@ from rov_cosim.components.frames import rotation
 from rov_cosim.components.vehicle import THETA
 from rov_cosim.exporters import archive
 from rov_cosim.exporters.build import components
-from rov_cosim.handover.importers import IMPORTERS, measure
-from rov_cosim.systems import ssp_reader, ssp_writer
-from rov_cosim.systems.declaration import System, wire
-from rov_cosim.systems.master import simulate
-from rov_cosim.systems.z_down import Z_DOWN, sign
+from rov_cosim.importers.page import IMPORTERS, measure
+from rov_cosim.master.master import simulate
+from rov_cosim.ssp import reader as ssp_reader
+from rov_cosim.ssp import writer as ssp_writer
+from rov_cosim.ssp.declaration import System, wire
+from rov_cosim.ssp.z_down import Z_DOWN, sign
 
 SET_POINT = {"x": 0.3, "y": -0.2, "z": 0.4, "psi": 0.5}
 PUSH = {"x": 3.0, "y": -2.0, "z": 4.0}  # north, east, down

@@ -1,0 +1,1 @@
+"""FMI co-simulation components that hold an underwater vehicle in place beside a structure."""

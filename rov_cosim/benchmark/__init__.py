@@ -1,0 +1,1 @@
+"""What the FMUs, the master and the commands cost."""

@@ -1,0 +1,134 @@
+"""Measurements of what FMUs cost: in C, called from Python, in the master's loop, and as whole commands."""
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from importlib.resources import files
+from itertools import count, islice
+from pathlib import Path
+from time import perf_counter
+
+from ..components.interface import SAMPLE_TIME, Component, Continuous
+from ..exporters import native_export, zig
+from ..master.master import Loop, initialize, instantiated, simulate
+from ..master.slave import Slave
+from ..ssp.wiring import Wiring
+
+ROUNDS = 3
+"""Times that a measurement is repeated; the quickest counts, for other work on the machine only ever slows it down."""
+
+_C = files(__package__)
+
+_LAUNCH = """
+import resource, subprocess, sys, time
+begin = time.perf_counter()
+subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)
+print(time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+"""
+
+
+def in_c(component: Component) -> tuple[float, float]:
+    """Return what a communication step costs in s: the traced function called bare, and fmi2DoStep."""
+    function, calls = "model_sample", 1
+    if isinstance(component, Continuous):
+        internal = component.p.start[component.p.names.index(component.max_step)]
+        function, calls = "model_advance", round(SAMPLE_TIME / internal)
+    definitions = [f"-DTRACED={function}", f"-DTRACED_CALLS={calls}"]
+    sources = {**native_export.sources(component), "benchmark.c": (_C / "benchmark.c").read_bytes()}
+    with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder) / "benchmark.exe"
+        program.write_bytes(zig.compiled(sources, zig.host_target(), program.name, definitions))
+        program.chmod(0o755)
+        bare, fmi = subprocess.run([program], capture_output=True, text=True, check=True).stdout.split()
+    return 1e-9 * float(bare), 1e-9 * float(fmi)
+
+
+def from_python(wiring: Wiring, steps: int) -> dict[str, list[float]]:
+    """Return by way of calling what a communication step costs in s, a number for each FMU."""
+    costs: dict[str, list[float]] = {}
+    with instantiated(wiring, lambda message: None) as slaves:
+        for slave in slaves:
+            slave.prepare(wiring)
+        initialize(Loop(slaves, wiring.links), wiring.start_time)
+        for slave in slaves:
+            time = count(0)
+            for way, step in _ways(slave).items():
+                costs.setdefault(way, []).append(
+                    min(_seconds(step, wiring, time, steps) for _ in range(ROUNDS)) / steps
+                )
+    return costs
+
+
+def loops(wirings: Mapping[str, Wiring], steps: int) -> dict[str, float]:
+    """Return what a step of the Jacobi master costs in s, for systems measured in turns."""
+    taken: dict[str, list[float]] = {name: [] for name in wirings}
+    for _ in range(ROUNDS):
+        for name, wiring in wirings.items():
+
+            def stopwatch(numbers: Iterable[int], taken: list[float] = taken[name]) -> Iterator[int]:
+                begin = perf_counter()
+                yield from numbers
+                taken.append(perf_counter() - begin)
+
+            simulate(wiring, stop_time=wiring.start_time + steps * wiring.step_size, progress=stopwatch)
+    return {name: min(seconds) / steps for name, seconds in taken.items()}
+
+
+@contextmanager
+def idle(wiring: Wiring) -> Iterator[Wiring]:
+    """Yield the system with FMUs in place of its own that have the same variables and do nothing."""
+    sources = {"idle.c": (_C / "idle.c").read_bytes()}
+    platform = zig.host_platform()
+    with ExitStack() as stack:
+        elements = []
+        for element in wiring.elements:
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+            name = element.description.coSimulation.modelIdentifier
+            (folder / "binaries" / platform).mkdir(parents=True)
+            library = folder / "binaries" / platform / f"{name}{zig.SUFFIXES[platform]}"
+            library.write_bytes(zig.shared_library(name, sources, platform))
+            elements.append(replace(element, fmu=folder))
+        yield replace(wiring, elements=tuple(elements))
+
+
+def command(*words: str) -> tuple[float, float]:
+    """Return the wall time in s and the peak memory in MB of a command of this environment."""
+    program = Path(sys.executable).with_name(words[0])
+    # By a small process between, for a child's peak begins with the memory of what started it.
+    launched = [sys.executable, "-c", _LAUNCH, str(program), *words[1:]]
+    costs = []
+    for _ in range(ROUNDS):
+        printed = subprocess.run(launched, capture_output=True, text=True, check=True).stdout.split()
+        costs.append((float(printed[0]), float(printed[1]) / (1024**2 if sys.platform == "darwin" else 1024)))
+    return min(costs)
+
+
+def _ways(slave: Slave) -> dict[str, Callable[[float, float], None]]:
+    """Return the ways to take a step of an FMU from Python."""
+    references = {name: variable.valueReference for name, variable in slave.element.variables.items()}
+    inputs = [(t, [references[n] for n in block.names], block.values.tolist()) for t, block in slave.inputs.items()]
+    outputs = [(t, [references[n] for n in block.names]) for t, block in slave.outputs.items()]
+
+    def arrays(time: float, step: float) -> None:
+        slave.write()
+        slave.step(time, step)
+        slave.read()
+
+    def lists(time: float, step: float) -> None:
+        for type_, read, values in inputs:
+            getattr(slave.fmu, f"set{type_}")(read, values)
+        slave.fmu.doStep(time, step)
+        for type_, read in outputs:
+            getattr(slave.fmu, f"get{type_}")(read)
+
+    return {"doStep": slave.step, "set, doStep, get by own arrays": arrays, "set, doStep, get by FMPy's lists": lists}
+
+
+def _seconds(step: Callable[[float, float], None], wiring: Wiring, numbers: Iterator[int], steps: int) -> float:
+    begin = perf_counter()
+    for n in islice(numbers, steps):
+        step(wiring.start_time + n * wiring.step_size, wiring.step_size)
+    return perf_counter() - begin

@@ -1,0 +1,62 @@
+"""The benchmark's tables: what FMUs cost in both exports, the floor under each, and their ratios."""
+
+import os
+from collections.abc import Iterable, Iterator
+
+from ..components.interface import SAMPLE_TIME
+from ..exporters.build import components
+from ..ssp.declaration import System
+from ..study import session
+from . import costs as measurement
+
+STEPS = {"native": 10_000, "pythonfmu": 100}
+"""Steps over which each export is measured: some hundredths of a second at least."""
+
+
+def report(system: System, folder: str) -> Iterator[str]:
+    """Yield the lines of the tables, each as soon as it is measured; runs leave their results in the folder."""
+    own = system.elements.values()
+    yield _row(f"a communication step of {1e3 * SAMPLE_TIME:g} ms, in us", own)
+    costs = {name: measurement.in_c(components()[name]) for name in own}
+    yield _row("C: traced function, bare", (f"{1e6 * bare:.2f}" for bare, _ in costs.values()))
+    yield _row("C: native fmi2DoStep", (f"{1e6 * fmi:.2f}" for _, fmi in costs.values()))
+    loops: dict[str, float] = {}
+    for export, steps in STEPS.items():
+        with session.opened(system, export) as wiring:
+            for way, seconds in measurement.from_python(wiring, steps).items():
+                yield _row(f"{export}: {way}", (f"{1e6 * one:.1f}" for one in seconds))
+            with measurement.idle(wiring) as idle:
+                compared = {"do-nothing": idle, export: wiring} if export == "native" else {export: wiring}
+                loops |= measurement.loops(compared, steps)
+
+    yield ""
+    yield _row(f"{system.name} in the Jacobi master", ["us a step", "x real time"])
+    for label, seconds_a_step in loops.items():
+        yield _row(f"{label} FMUs", [f"{1e6 * seconds_a_step:.1f}", f"{system.step_size / seconds_a_step:.0f}"])
+
+    yield ""
+    yield _row("command", ["wall time, s", "peak, MB"])
+    simulate = ("fmpy", "simulate", str(session.ssp_path(system)), "--output-file", os.devnull)
+    run = ("rov-cosim", "run", system.name, "--output", folder)
+    commands = {
+        f"fmpy simulate {system.name}.ssp": simulate,
+        "the same for two steps: start-up": (*simulate, "--stop-time", str(2 * system.step_size)),
+        **{f"rov-cosim run, {export}": (*run, "--export", export) for export in STEPS},
+    }
+    walls = []
+    for label, words in commands.items():
+        wall, memory = measurement.command(*words)
+        walls.append(wall)
+        yield _row(label, [f"{wall:.2f}", f"{memory:.0f}"])
+
+    yield ""
+    yield _row("ratio", [])
+    yield _row("pythonfmu loop : native loop", [f"{loops['pythonfmu'] / loops['native']:.1f}"])
+    yield _row("native loop : do-nothing loop", [f"{loops['native'] / loops['do-nothing']:.2f}"])
+    for name, (bare, fmi) in costs.items():
+        yield _row(f"fmi2DoStep of {name} : bare function", [f"{fmi / bare:.2f}", f"+ {1e9 * (fmi - bare):.0f} ns"])
+    yield _row("start-up : fmpy simulate", [f"{walls[1] / walls[0]:.2f}"])
+
+
+def _row(label: str, cells: Iterable[str]) -> str:
+    return f"{label:44}" + "".join(f"{cell:>13}" for cell in cells)

@@ -1,0 +1,1 @@
+"""The command `rov-cosim`, a subcommand a file."""

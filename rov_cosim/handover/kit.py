@@ -1,0 +1,78 @@
+"""The kit of a component: a folder, and a zip of it, with all that another team needs."""
+
+import tempfile
+from collections.abc import Iterable
+from dataclasses import replace
+from importlib.metadata import distribution, version
+from importlib.resources import files
+from pathlib import Path
+
+from fmpy import read_model_description
+
+from ..components.cases import cases_of
+from ..components.interface import Component
+from ..exporters import archive, documentation, native_export, zig
+from ..ssp.wiring import Element
+from ..ssp.writer import parameter_set
+from ..systems.catalogue import SYSTEMS
+from . import reference
+from .diagram import wiring_diagram
+from .guide import guide
+
+
+def write(component: Component, folder: Path, platforms: Iterable[str] = zig.TARGETS) -> tuple[Path, Path]:
+    """Write the kit of a component below a folder; return the kit's folder and its zip.
+
+    Raises
+    ------
+    BuildError : the FMU cannot be built.
+    """
+    kit = folder / f"{component.name}-{version('rov-cosim')}"
+    content = entries(component, platforms)
+    for name, data in content.items():
+        path = kit / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    zipped = kit.with_name(f"{kit.name}.zip")
+    archive.write(zipped, {f"{kit.name}/{name}": data for name, data in content.items()})
+    return kit, zipped
+
+
+def entries(component: Component, platforms: Iterable[str]) -> dict[str, bytes]:
+    """Return the content of the kit, name to bytes."""
+    cases = cases_of(component)
+    with tempfile.TemporaryDirectory() as temporary:
+        fmu = Path(temporary) / f"{component.name}.fmu"
+        native_export.export(component, fmu, platforms)
+        content = {fmu.name: fmu.read_bytes(), **_parameter_sets(component, fmu)}
+        for case in cases:
+            folder = Path(temporary) / case.name
+            reference.write(reference.run(component, case), folder)
+            content |= {f"reference/{case.name}/{file.name}": file.read_bytes() for file in folder.iterdir()}
+    text = guide(component, cases)
+    content["guide.md"] = text.encode()
+    content["guide.html"] = documentation.html(component.title, text).encode()
+    content["wiring.svg"] = wiring_diagram(component).encode()
+    content["host.c"] = (files(__package__) / "host.c").read_bytes()
+    signals = component.inputs + component.outputs + component.parameters
+    types = {name: signal.type for signal in signals if signal.type != "Real" for name in signal.names}
+    script = (files(__package__) / "replay_ecos.py.in").read_text()
+    content["replay_ecos.py"] = script.format(name=component.name, first=cases[0].name, types=types).encode()
+    for name, header in native_export.standard_headers().items():
+        content[f"headers/{name}"] = header
+    (licence,) = (file for file in distribution("rov-cosim").files or () if file.name == "LICENSE")
+    return {**content, "LICENSE": licence.read_text().encode()}
+
+
+def _parameter_sets(component: Component, fmu: Path) -> dict[str, bytes]:
+    """Return the values of all parameters: at their start, and in each system that has the component."""
+    description = read_model_description(str(fmu))
+    parameters = [v for v in description.modelVariables if v.causality == "parameter"]
+    start = Element(component.name, fmu, description)
+    defaults = {variable.name: start.value(variable.name) for variable in parameters}
+    sets = {"parameters/start_values.ssv": parameter_set(replace(start, start_values=defaults))}
+    for system in SYSTEMS.values():
+        for name in [name for name, used in system.elements.items() if used == component.name]:
+            values = {**defaults, **system.parameters.get(name, {})}
+            sets[f"parameters/{system.name}.ssv"] = parameter_set(replace(start, start_values=values))
+    return sets

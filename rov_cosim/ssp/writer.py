@@ -1,0 +1,158 @@
+"""SSP 1.0 archives: SystemStructure.ssd, one parameter set an element, the FMUs.
+
+The prefixes ssd:, ssc: and ssv: are literal, every connector has a type, and the communication step stands in the
+annotations of Open Simulation Platform and OpenModelica, because readers of SSP depend on each of these.
+"""
+
+from pathlib import Path
+
+from fmpy.model_description import ModelVariable, Unit
+from lxml import etree
+
+from ..exporters import archive
+from ..exporters.model_description import literal
+from . import container
+from .strict_xml import NAMESPACES
+from .units import BASE_UNITS
+from .wiring import Element, Wiring, unit_factor
+
+PARAMETER_SET = "nominal"
+
+
+def write(wiring: Wiring, path: Path, plain: bool = False) -> bool:
+    """Write the archive of a system unless it is current; tell whether it was written.
+
+    Unless `plain`, the archive is an FMU too (see `container`), which holds files at its root that SSP reserves. A
+    system with factors on its connections cannot be an FMU, for FMPy's container has none.
+    """
+    entries = {"SystemStructure.ssd": system_structure(wiring)}
+    for element in wiring.elements:
+        entries[f"resources/{element.fmu.name}"] = element.fmu.read_bytes()
+        if element.start_values:
+            entries[f"resources/{element.name}.ssv"] = parameter_set(element)
+    if not plain and all(link.factor == 1 for link in wiring.links):
+        entries |= container.entries(wiring)
+    return archive.write(path, entries)
+
+
+def system_structure(wiring: Wiring) -> bytes:
+    """Return the SystemStructure.ssd of a system."""
+    root = etree.Element(_tag("ssd:SystemStructureDescription"), nsmap=NAMESPACES, version="1.0", name=wiring.name)
+    if wiring.description:
+        root.set("description", wiring.description)
+    system = _child(root, "ssd:System", name=wiring.name)
+    elements = _child(system, "ssd:Elements")
+    for element in wiring.elements:
+        _component(elements, element, wiring)
+    connections = _child(system, "ssd:Connections")
+    by_name = {element.name: element for element in wiring.elements}
+    for link in wiring.links:
+        source, target, factor = link
+        connection = _child(
+            connections,
+            "ssd:Connection",
+            startElement=source.element,
+            startConnector=source.variable,
+            endElement=target.element,
+            endConnector=target.variable,
+        )
+        if unit_factor(link, by_name) != 1:
+            # The factor has the unit in it already; other readers convert none, so they get it right too.
+            connection.set("suppressUnitConversion", "true")
+        if factor != 1:
+            _child(connection, "ssc:LinearTransformation", factor=repr(factor))
+    step = repr(wiring.step_size)
+    oms = _annotation(system, "org.openmodelica")
+    information = _child(_child(oms, "oms:Annotations"), "oms:SimulationInformation")
+    _child(information, "oms:FixedStepMaster", description="oms-ma", stepSize=step)
+    units = {u.name: u for element in wiring.elements for u in element.description.unitDefinitions}
+    _units(root, [unit for name, unit in units.items() if name in _used_units(wiring)])
+    experiment = _child(
+        root, "ssd:DefaultExperiment", startTime=repr(wiring.start_time), stopTime=repr(wiring.stop_time)
+    )
+    osp = _annotation(experiment, "com.opensimulationplatform")
+    _child(_child(osp, "osp:Algorithm"), "osp:FixedStepAlgorithm", baseStepSize=step)
+    return _to_bytes(root)
+
+
+def parameter_set(element: Element) -> bytes:
+    """Return the .ssv with the start values of an element."""
+    root = etree.Element(_tag("ssv:ParameterSet"), nsmap=NAMESPACES, version="1.0", name=PARAMETER_SET)
+    parameters = _child(root, "ssv:Parameters")
+    used = set()
+    for name, value in element.start_values.items():
+        variable = element.variables[name]
+        parameter = _child(parameters, "ssv:Parameter", name=name)
+        typed = _child(parameter, f"ssv:{variable.type}", value=literal(value, variable.type))
+        if variable.unit:
+            typed.set("unit", variable.unit)
+            used.add(variable.unit)
+    _units(root, [unit for unit in element.description.unitDefinitions if unit.name in used], prefix="ssv")
+    return _to_bytes(root)
+
+
+def _component(parent: etree._Element, element: Element, wiring: Wiring) -> None:
+    component = _child(
+        parent,
+        "ssd:Component",
+        name=element.name,
+        type="application/x-fmu-sharedlibrary",
+        source=f"resources/{element.fmu.name}",
+    )
+    connectors = _child(component, "ssd:Connectors")
+    for variable in _connected(element, wiring):
+        connector = _child(connectors, "ssd:Connector", name=variable.name, kind=variable.causality)
+        typed = _child(connector, f"ssc:{variable.type}")
+        if variable.unit:
+            typed.set("unit", variable.unit)
+    if element.start_values:
+        bindings = _child(component, "ssd:ParameterBindings")
+        _child(
+            bindings,
+            "ssd:ParameterBinding",
+            type="application/x-ssp-parameter-set",
+            source=f"resources/{element.name}.ssv",
+        )
+
+
+def _connected(element: Element, wiring: Wiring) -> list[ModelVariable]:
+    """Return the outputs and the connected inputs: a reader may give an unconnected input a stray signal."""
+    targets = {link.target.variable for link in wiring.links if link.target.element == element.name}
+    return [
+        variable
+        for variable in element.description.modelVariables
+        if variable.causality == "output" or variable.name in targets
+    ]
+
+
+def _used_units(wiring: Wiring) -> set[str]:
+    return {variable.unit for element in wiring.elements for variable in _connected(element, wiring) if variable.unit}
+
+
+def _units(parent: etree._Element, units: list[Unit], prefix: str = "ssd") -> None:
+    if not units:
+        return
+    listed = _child(parent, f"{prefix}:Units")
+    for unit in units:
+        base = _child(_child(listed, "ssc:Unit", name=unit.name), "ssc:BaseUnit")
+        neutral = {**dict.fromkeys(BASE_UNITS, 0), "factor": 1.0, "offset": 0.0}
+        for name, value in neutral.items():
+            if getattr(unit.baseUnit, name) != value:
+                base.set(name, str(getattr(unit.baseUnit, name)))
+
+
+def _annotation(parent: etree._Element, type_: str) -> etree._Element:
+    return _child(_child(parent, "ssd:Annotations"), "ssc:Annotation", type=type_)
+
+
+def _child(parent: etree._Element, tag: str, **attributes: str) -> etree._Element:
+    return etree.SubElement(parent, _tag(tag), attributes)
+
+
+def _tag(name: str) -> str:
+    prefix, local = name.split(":")
+    return f"{{{NAMESPACES[prefix]}}}{local}"
+
+
+def _to_bytes(root: etree._Element) -> bytes:
+    return bytes(etree.tostring(root, encoding="UTF-8", xml_declaration=True, pretty_print=True))

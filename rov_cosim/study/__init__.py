@@ -1,0 +1,1 @@
+"""What is done with a system: changes, troubles, runs, scores, pictures, campaigns."""

@@ -1,0 +1,161 @@
+"""What is read off a run of station keeping: settling, errors, and the estimated against the true disturbance."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..components.frames import pose_difference
+from ..components.interface import POSE, WRENCH
+from ..ssp.wiring import Wiring
+
+AXES = ("x", "y", "z", "psi")
+SETTLED = {"x": 0.02, "y": 0.02, "z": 0.02, "psi": np.radians(2.0)}
+"""Error in m or rad below which an axis counts as settled."""
+HELD_FROM = 40.0
+"""Time in s after which the errors of holding are taken."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """How one axis did: settling time in s (None: never); final, mean and worst error in m or rad."""
+
+    name: str
+    settling: float | None
+    final: float
+    mean: float | None
+    worst: float | None
+
+
+@dataclass(frozen=True)
+class Force:
+    """One axis of the disturbance wrench at the end, body frame, in N or N m: as estimated and as it is."""
+
+    name: str
+    estimated: float
+    true: float
+
+
+def assessable(results: NDArray[Any], wiring: Wiring) -> bool:
+    """Tell whether results hold the pose of a vehicle: what an arm's inputs ``eta`` receive, else ``rov_plant.eta``."""
+    return _arm(wiring) is not None or {f"rov_plant.eta.{axis}" for axis in POSE} <= set(results.dtype.names or ())
+
+
+def pose(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
+    """Return the vehicle's true pose, shape (6, rows), of results that are `assessable`.
+
+    It is read from what the arm receives, in our axes and units, so that it is known of a vehicle of any make.
+    """
+    arm = _arm(wiring)
+    if arm is None:
+        return np.stack([results[f"rov_plant.eta.{axis}"] for axis in POSE])
+    return _inputs(results, wiring, f"{arm}.eta")
+
+
+def measured(results: NDArray[Any], wiring: Wiring) -> NDArray[np.bool_]:
+    """Tell at which times, shape (rows,), the controller has a valid measurement, by its input ``eta_m_valid``."""
+    return np.broadcast_to(_input(results, wiring, f"{controller_of(wiring)}.eta_m_valid"), len(results)) > 0
+
+
+def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
+    """Return the pose less the set-point, shape (rows, 6), the angles wrapped, of results that are `assessable`."""
+    set_point = _inputs(results, wiring, f"{controller_of(wiring)}.eta_d")
+    error: NDArray[np.float64] = pose_difference(pose(results, wiring), set_point).T
+    return error
+
+
+def axes(results: NDArray[Any], wiring: Wiring) -> list[Axis]:
+    """Return how each of `AXES` did."""
+    time, error = results["time"], errors(results, wiring)
+    held = error[time >= HELD_FROM]
+    assessed = []
+    for name in AXES:
+        e = error[:, POSE.index(name)]
+        h = held[:, POSE.index(name)]
+        outside = np.flatnonzero(np.abs(e) > SETTLED[name])
+        settled = 0 if outside.size == 0 else outside[-1] + 1
+        assessed.append(
+            Axis(
+                name=name,
+                settling=float(time[settled]) if settled < len(time) else None,
+                final=float(e[-1]),
+                mean=float(h.mean()) if h.size else None,
+                worst=float(np.abs(h).max()) if h.size else None,
+            )
+        )
+    return assessed
+
+
+def disturbances(results: NDArray[Any], wiring: Wiring) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Return the estimated and the true disturbance wrench over time, by axis; none if the system does not tell both.
+
+    Body frame, N or N m, each of shape (rows,). In the four-DOF form roll and pitch are not estimated.
+    """
+    controller = controller_of(wiring)
+    estimated = WRENCH if wiring.value(f"{controller}.control_roll_pitch") else ("X", "Y", "Z", "N")
+    ends = {axis: [f"{element}.disturbance.{axis}" for element in (controller, "rov_plant")] for axis in estimated}
+    if not {end for pair in ends.values() for end in pair} <= set(results.dtype.names or ()):
+        return {}
+    return {axis: (results[told], results[true]) for axis, (told, true) in ends.items()}
+
+
+def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
+    """Return the `disturbances` at the end."""
+    found = disturbances(results, wiring).items()
+    return [Force(axis, float(estimated[-1]), float(true[-1])) for axis, (estimated, true) in found]
+
+
+def report(results: NDArray[Any], wiring: Wiring) -> str:
+    """Return a short table of `axes` and `forces`."""
+    lines = [
+        f"{'axis':6} {'settles [s]':>12} {'final':>11} {f'mean > {HELD_FROM:g} s':>12} {f'worst > {HELD_FROM:g} s':>13}"
+    ]
+    for axis in axes(results, wiring):
+        unit, scale = ("deg", 180 / np.pi) if axis.name == "psi" else ("mm", 1e3)
+        settling = "never" if axis.settling is None else f"{axis.settling:.2f}"
+        cells = ["-" if v is None else f"{v * scale:.2f} {unit}" for v in (axis.final, axis.mean, axis.worst)]
+        lines.append(f"{axis.name:6} {settling:>12} {cells[0]:>11} {cells[1]:>12} {cells[2]:>13}")
+    limits = f"{SETTLED['x'] * 1e3:g} mm, or {np.degrees(SETTLED['psi']):g} deg"
+    lines.append(f"settles: after this time the error stays within {limits}.")
+    if _element_with(wiring, "eta_d") is None:
+        lines.append("No element has inputs eta_d: the errors are those from a set-point of 0.")
+    if found := forces(results, wiring):
+        lines += [
+            "",
+            f"{'disturbance':12} {'estimated':>11} {'true':>11}   body frame, at the end",
+        ]
+        for force in found:
+            unit = "N" if force.name in "XYZ" else "N m"
+            lines.append(f"{force.name:12} {force.estimated:>11.3f} {force.true:>11.3f}   {unit}")
+    return "\n".join(lines)
+
+
+def _element_with(wiring: Wiring, group: str) -> str | None:
+    """Return the name of the first element that has all inputs of a pose."""
+    wanted = {f"{group}.{axis}" for axis in POSE}
+    for element in wiring.elements:
+        if wanted <= {v.name for v in element.description.modelVariables if v.causality == "input"}:
+            return element.name
+    return None
+
+
+def _arm(wiring: Wiring) -> str | None:
+    arm = _element_with(wiring, "eta")
+    return arm if any(wiring.link_to(f"{arm}.eta.{axis}") for axis in POSE) else None
+
+
+def controller_of(wiring: Wiring) -> str:
+    """Return the name of the element that has the set-point as inputs ``eta_d``."""
+    return _element_with(wiring, "eta_d") or "adaptive_pd"
+
+
+def _inputs(results: NDArray[Any], wiring: Wiring, group: str) -> NDArray[np.float64]:
+    values = [_input(results, wiring, f"{group}.{axis}") for axis in POSE]
+    return np.stack([np.broadcast_to(value, len(results)) for value in values])
+
+
+def _input(results: NDArray[Any], wiring: Wiring, end: str) -> Any:
+    """Return what an input had: its source's results if it is connected, else its start value; 0 if there is none."""
+    link = wiring.link_to(end)
+    return link.factor * results[str(link.source)] if link else wiring.value(end) or 0.0

@@ -1,0 +1,74 @@
+"""A vehicle and its controller, as the start values of a loop tell them: what a trouble is scaled by."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..components.interface import XYZ, count
+from ..components.vehicle import N_THRUSTERS, THETA, allocation_matrix, degrees_of_freedom, disturbance_map
+from ..ssp.wiring import Value, Wiring, WiringError, parse
+
+
+class DoesNotApplyError(WiringError):
+    """The trouble is of something that the loop has not."""
+
+
+class Ship:
+    """Access to the start values of a loop of `fleet`, by ``element.variable``."""
+
+    def __init__(self, wiring: Wiring) -> None:
+        self._wiring = wiring
+
+    def needs_receiver(self, output: str) -> None:
+        """Raise DoesNotApplyError if no element receives the output ``element.variable``."""
+        if not any(str(link.source) == output for link in self._wiring.links):
+            raise DoesNotApplyError(self._wiring.name, [f"Nothing receives {output}, by which the trouble comes."])
+
+    def needs_free_tilt(self) -> None:
+        """Raise DoesNotApplyError if roll and pitch of the vehicle are locked."""
+        if self.value("rov_plant.lock_roll_pitch"):
+            raise DoesNotApplyError(self._wiring.name, ["Roll and pitch are locked."])
+
+    def value(self, end: str) -> float:
+        """Return a start value.
+
+        Raises
+        ------
+        DoesNotApplyError : the loop has no such variable.
+        """
+        value = self._wiring.value(end)
+        if value is None:
+            raise DoesNotApplyError(self._wiring.name, [f"There is no {end}, which the trouble is about."])
+        return float(value)
+
+    def vector(self, group: str, labels: tuple[str, ...] = XYZ) -> NDArray[np.float64]:
+        """Return the start values of ``group.label``, shape (len(labels),)."""
+        return np.array([self.value(f"{group}.{label}") for label in labels])
+
+    def declared(self, element: str, *prefixes: str) -> dict[str, Value]:
+        """Return what an element's FMU declares as start of the parameters whose names begin so."""
+        return {
+            f"{element}.{variable.name}": parse(str(variable.start), variable.type)
+            for variable in next(e for e in self._wiring.elements if e.name == element).description.modelVariables
+            if variable.causality == "parameter" and variable.name.startswith(prefixes)
+        }
+
+    def force(self, *offset: float) -> NDArray[np.float64]:
+        """Return the force in N, shape (3,), against which a PD controller has this offset in m."""
+        return self.vector("controller.K_P") * offset
+
+    def away(self) -> NDArray[np.float64]:
+        """Return the direction, shape (3,), from the structure to the arm's base of a vehicle at the origin."""
+        gap = self.vector("passive_arm.r_A") - self.vector("passive_arm.attachment")
+        unit: NDArray[np.float64] = gap / np.linalg.norm(gap)
+        return unit
+
+    def thrust_at_rest(self) -> float:
+        """Return the largest thruster force in N that holding still takes, at zero roll, pitch and yaw."""
+        theta = self.vector("rov_plant", THETA)
+        W = disturbance_map(np.zeros(6), *(self.vector(f"rov_plant.{point}") for point in ("r_B", "r_C", "r_A")))
+        thrusters = [f"controller.thruster[{i}]" for i in count(N_THRUSTERS)]
+        r, d = (np.stack([self.vector(f"{thruster}.{group}") for thruster in thrusters]) for group in ("r", "d"))
+        enabled = np.array([self.value(f"{thruster}.enabled") for thruster in thrusters])
+        dof = degrees_of_freedom(self.value("controller.control_roll_pitch"))
+        B = np.diag(dof) @ allocation_matrix(r, d, enabled)
+        return float(np.abs(np.linalg.pinv(B) @ (dof * (W @ theta))).max())

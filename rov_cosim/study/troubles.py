@@ -1,0 +1,200 @@
+"""What goes wrong at sea: each trouble is a set of start values for the loop of `fleet`, scaled to its vehicle.
+
+Forces are given by the offset that a PD controller would have under them, thrusts by what holding still takes.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from ..components.interface import XYZ
+from ..components.passive_arm.equations import LONGEST_DELAY
+from ..ssp.wiring import Value, Wiring
+from .nominal import DoesNotApplyError, Ship
+
+ONSET = 60.0
+"""When a trouble that comes during a run comes, in s: every vehicle is at its place by then."""
+
+Values = Mapping[str, Value]
+
+_COMES_BY = {
+    "scenario.current": "scenario.current.x",
+    "scenario.pull": "scenario.F_umbilical.x",
+    "passive_arm.stiffness": "passive_arm.F_arm.x",
+}
+"""The output by which a parameter's trouble comes to the vehicle, which another make of vehicle may not listen to."""
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """A trouble: what it is, and the start values ``element.variable`` that bring it about in the loop of a ship."""
+
+    name: str
+    description: str
+    values: Callable[[Ship], Values]
+
+    def applied(self, wiring: Wiring) -> Wiring:
+        """Return the loop with the trouble in it, and in its name.
+
+        Raises
+        ------
+        DoesNotApplyError : the loop has no variable for it, or it would change nothing.
+        """
+        ship = Ship(wiring)
+        values = self.values(ship)
+        for end in values:
+            ship.value(end)
+            for cause, output in _COMES_BY.items():
+                if end.startswith(cause):
+                    ship.needs_receiver(output)
+        if values and all(ship.value(end) == value for end, value in values.items()):
+            raise DoesNotApplyError(wiring.name, ["The trouble changes nothing here."])
+        return replace(wiring.with_values(values), name=f"{wiring.name}_{self.name}")
+
+
+def _fixed(**elements: Values) -> Callable[[Ship], Values]:
+    """Return values that are the same for every ship, by element."""
+    values = {f"{element}.{name}": value for element, group in elements.items() for name, value in group.items()}
+    return lambda ship: values
+
+
+def _pull(ship: Ship, number: int, offset: tuple[float, float, float], begin: float, duration: float = 0.0) -> Values:
+    """Return a pull of the umbilical against which a PD controller has this offset in m."""
+    force = {f"F.{axis}": f for axis, f in zip(XYZ, ship.force(*offset).tolist(), strict=True)}
+    pull = {**force, "begin": begin, "duration": duration}
+    return {f"scenario.pull[{number}].{name}": value for name, value in pull.items()}
+
+
+def _dragged_away(ship: Ship, duration: float) -> Values:
+    """Return a pull away from the structure that lasts, and then one as long back to it."""
+    x, y, z = (1.5 * ship.away()).tolist()
+    back = ONSET + duration
+    return {**_pull(ship, 1, (x, y, z), ONSET, duration), **_pull(ship, 2, (-x, -y, -z), back, duration)}
+
+
+def _scaled(*ends: str, by: float) -> Callable[[Ship], Values]:
+    """Return start values multiplied by a factor."""
+    return lambda ship: {end: by * ship.value(end) for end in ends}
+
+
+def _thrust_max(share: float) -> Callable[[Ship], Values]:
+    """Return the thrusters' limit as a share of what holding still takes."""
+    ends = ("rov_plant.thrust_max", "controller.thrust_max")
+    return lambda ship: dict.fromkeys(ends, share * ship.thrust_at_rest())
+
+
+def _where_tilted(values: Callable[[Ship], Values]) -> Callable[[Ship], Values]:
+    """Return values for vehicles that roll and pitch; for others they would be of no effect."""
+
+    def checked(ship: Ship) -> Values:
+        ship.needs_free_tilt()
+        return values(ship)
+
+    return checked
+
+
+def _delay(samples: int) -> Trouble:
+    return Trouble(f"delay_{samples}", f"measurement {30 * samples} ms late", _fixed(passive_arm={"delay": samples}))
+
+
+def _varying_current(seed: int) -> Trouble:
+    current = {"current_mean.x": 0.1, "current_std.x": 0.1, "current_std.y": 0.1, "seed": 1000 + seed}
+    return Trouble(
+        f"varying_current_{seed}",
+        "0.1 m/s and a Gauss-Markov part of 0.1 m/s, 60 s correlation",
+        _fixed(scenario=current),
+    )
+
+
+_LIST = (
+    Trouble("still_water", "the loads of umbilical and arm, 5 mm of noise, nothing else", _fixed()),
+    Trouble(
+        "paper_gains",
+        "the gains of the paper's vehicle, not scaled",
+        lambda ship: ship.declared("controller", "K_", "Gamma."),
+    ),
+    Trouble(
+        "six_dof",
+        "roll and pitch are controlled too",
+        _where_tilted(_fixed(controller={"control_roll_pitch": True})),
+    ),
+    Trouble("current", "0.22 m/s, constant", _fixed(scenario={"current_mean.x": 0.2, "current_mean.y": 0.1})),
+    *(_varying_current(seed) for seed in (1, 2, 3)),
+    Trouble(
+        "arm_pull",
+        "the arm pulls like a spring of 0.3 K_P towards the structure",
+        lambda ship: {"passive_arm.stiffness": 0.3 * ship.value("controller.K_P.x")},
+    ),
+    Trouble(
+        "umbilical_steps",
+        "pulls worth 0.1 m of PD offset from 60 s on, other ones from 90 s on",
+        lambda ship: {**_pull(ship, 1, (0.1, -0.1, 0.1), ONSET), **_pull(ship, 2, (-0.2, 0.1, -0.1), ONSET + 30.0)},
+    ),
+    Trouble("thruster_lag", "time constant 0.3 s", _fixed(rov_plant={"thruster_time_constant": 0.3})),
+    Trouble("thruster_lag_long", "time constant 1 s", _fixed(rov_plant={"thruster_time_constant": 1.0})),
+    Trouble("saturation", "thrusters of 1.25 times what holding still takes", _thrust_max(1.25)),
+    Trouble("overload", "thrusters of 0.8 times what holding still takes", _thrust_max(0.8)),
+    Trouble(
+        "dead_band",
+        "no force below half the largest that holding still takes",
+        lambda ship: {"rov_plant.thruster_dead_band": 0.5 * ship.thrust_at_rest()},
+    ),
+    Trouble("thruster_lost", "thruster 1 is dead, unknown", _fixed(rov_plant={"thruster[1].enabled": False})),
+    Trouble(
+        "thruster_lost_known",
+        "thruster 1 is dead, and the controller knows",
+        _fixed(rov_plant={"thruster[1].enabled": False}, controller={"thruster[1].enabled": False}),
+    ),
+    Trouble(
+        "thruster_reversed",
+        "thruster 1 pushes the other way, unknown",
+        _scaled(*(f"rov_plant.thruster[1].d.{axis}" for axis in XYZ), by=-1.0),
+    ),
+    Trouble(
+        "wrong_mass",
+        "mass and inertia 1.5 times what the gains are made for",
+        _scaled("rov_plant.mass", "rov_plant.I.xx", "rov_plant.I.yy", "rov_plant.I.zz", by=1.5),
+    ),
+    Trouble(
+        "wrong_r_A",
+        "the controller takes the arm to be at the stern",
+        _scaled("controller.r_A.x", by=-1.0),
+    ),
+    Trouble(
+        "short_r_A",
+        "the controller takes the arm's lever to be a quarter",
+        _scaled("controller.r_A.x", by=0.25),
+    ),
+    Trouble(
+        "wrong_r_C",
+        "the controller takes the umbilical to be at the bow",
+        lambda ship: {"controller.r_C.x": ship.value("controller.r_A.x")},
+    ),
+    Trouble(
+        "wrong_r_B",
+        "the controller takes the buoyancy to be a tenth of r_A ahead of its place",
+        _where_tilted(
+            lambda ship: {"controller.r_B.x": ship.value("rov_plant.r_B.x") + 0.1 * ship.value("rov_plant.r_A.x")}
+        ),
+    ),
+    Trouble("noise_2", "10 mm of noise", _scaled("passive_arm.noise_std", by=2.0)),
+    Trouble("noise_4", "20 mm of noise", _scaled("passive_arm.noise_std", by=4.0)),
+    Trouble("coloured_noise", "noise of 2 s correlation", _fixed(passive_arm={"noise_correlation_time": 2.0})),
+    Trouble("bias", "the arm measures 20 mm too far in x", _fixed(passive_arm={"bias.x": 0.02})),
+    Trouble("dropout", "one sample in ten lost", _fixed(passive_arm={"dropout": 0.1})),
+    Trouble("dropout_half", "half the samples lost", _fixed(passive_arm={"dropout": 0.5})),
+    *(_delay(samples) for samples in range(1, LONGEST_DELAY + 1)),
+    Trouble("out_of_reach", "dragged out of the arm's reach for 3 s, and back", lambda ship: _dragged_away(ship, 3.0)),
+    Trouble("far_out_of_reach", "the same with pulls of 6 s", lambda ship: _dragged_away(ship, 6.0)),
+    Trouble(
+        "set_point_step",
+        "0.3, -0.2, 0.2 m and 90 deg at once",
+        _fixed(scenario={"step.x": 0.3, "step.y": -0.2, "step.z": 0.2, "step.psi": 1.5708, "step_begin": ONSET}),
+    ),
+    Trouble(
+        "set_point_motion",
+        "sways by 0.1 m in x and z and 20 deg in yaw, 60 s",
+        _fixed(scenario={"motion.x": 0.1, "motion.z": 0.1, "motion.psi": 0.35}),
+    ),
+)
+TROUBLES: Mapping[str, Trouble] = {trouble.name: trouble for trouble in _LIST}
+"""All troubles by name, in the order of the table."""
