@@ -9,13 +9,13 @@ from typing import Any
 import click
 from tqdm import tqdm
 
-from ..ssp import swap_map
-from ..study import session
-from ..study.campaign import Matrix, MatrixError, run_all, wired
-from ..study.scores import VERDICTS
-from ..study.troubles import TROUBLES
-from ..systems.fleet import CONTROLLERS, VEHICLES
-from . import options
+from ...ssp import swap_map
+from ...study import session
+from ...study.campaign import Matrix, MatrixError, run_all, wired
+from ...study.scores import VERDICTS
+from ...study.troubles import TROUBLES
+from ...systems.fleet import CONTROLLERS, VEHICLES
+from .. import options
 
 
 def _some(name: str, known: Iterable[str]) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -38,7 +38,7 @@ def _some(name: str, known: Iterable[str]) -> Callable[[Callable[..., None]], Ca
 @click.option(
     "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV, Markdown and picture."
 )
-def matrix(
+def command(
     vehicles: tuple[str, ...],
     controllers: tuple[str, ...],
     troubles: tuple[str, ...],
@@ -75,7 +75,7 @@ def matrix(
 
 
 def _write(found: Matrix, path: Path, note: str) -> None:
-    from ..study import campaign_tables as matrix_tables
+    from ...study import campaign_tables as matrix_tables
 
     if not found.scores:
         return

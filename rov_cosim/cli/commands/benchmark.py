@@ -1,0 +1,22 @@
+"""`rov-cosim benchmark`: what a run costs."""
+
+from tempfile import TemporaryDirectory
+
+import click
+
+from ...exporters.build import EXPORTS
+from ...study import session
+from ...systems.catalogue import SYSTEMS
+
+
+@click.command()
+@click.argument("system", type=click.Choice(list(SYSTEMS)), default="station_keeping")
+def command(system: str) -> None:
+    """Measure what a run costs in both exports, and the floor: steps, loops, whole commands."""
+    for export in EXPORTS:
+        session.build(SYSTEMS[system], export=export)
+    from ...benchmark import report as benchmarking
+
+    with TemporaryDirectory() as folder:
+        for line in benchmarking.report(SYSTEMS[system], folder):
+            click.echo(line)

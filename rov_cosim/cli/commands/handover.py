@@ -1,0 +1,60 @@
+"""`rov-cosim handover`: kits, and the check of an import."""
+
+import sys
+from pathlib import Path
+
+import click
+
+from ...exporters.build import components
+from ...exporters.zig import TARGETS, host_platform
+from ...study import session
+
+
+@click.group()
+def command() -> None:
+    """Hand a component to another team, and check what they made of it."""
+
+
+def _kit(name: str) -> click.Command:
+    @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for the kit.")
+    @click.option("--this-platform", is_flag=True, help="A binary for this machine alone, which is sooner built.")
+    def write(output: Path | None, this_platform: bool) -> None:
+        session.build()
+        from ...handover import kit
+
+        folder = output or session.project_root() / "build" / "handover"
+        for path in kit.write(components()[name], folder, [host_platform()] if this_platform else TARGETS):
+            click.echo(path)
+
+    return click.command(name, help=f"Write the kit of {name}: FMU, guide, parameter sets, reference runs.")(write)
+
+
+for _name in components():
+    command.add_command(_kit(_name))
+
+
+@command.command()
+@click.argument("fmu", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option(
+    "--component", type=click.Choice(list(components())), help="Whose behaviour; by the FMU's name if left out."
+)
+@click.option(
+    "--map", "map_", type=click.Path(exists=True, dir_okay=False, path_type=Path), help='TOML: "theirs" = "ours".'
+)
+def check(fmu: Path, component: str | None, map_: Path | None) -> None:
+    """Replay the reference runs through an FMU file; say signal by signal whether it conforms."""
+    from ...handover import verdict
+
+    lines, conforms = verdict.judge(fmu, component, map_)
+    for line in lines:
+        click.echo(line)
+    sys.exit(0 if conforms else 1)
+
+
+@command.command()
+def importers() -> None:
+    """Run the controller and a system in the tools of others, and write docs/IMPORTERS.md."""
+    session.build()
+    from ...importers.page import write_page
+
+    click.echo(write_page())
