@@ -25,7 +25,7 @@ from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.parameter_set import read_parameter_set
 from rov_cosim.ssp.wiring import Value
 from rov_cosim.systems import station_keeping
-from rov_cosim.systems.loop import scenario_loop
+from rov_cosim.systems.loop import CONTROLLER, scenario_loop
 
 VEHICLES = {
     "hoang_kreuzer": "The paper's vehicle, 80 kg",
@@ -62,7 +62,7 @@ def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
         f"{VEHICLES[vehicle]}, held by {controller}",
         {
             "passive_arm": {**_shared(PASSIVE_ARM, plant), **attachment},
-            "controller": {**known, "adaptation": False} if controller == "pd" else known,
+            CONTROLLER: {**known, "adaptation": False} if controller == "pd" else known,
             "rov_plant": {**plant, "eta_0.y": 0.5, "eta_0.psi": 2.0, **loads(plant)},
         },
         STOP_TIME,

@@ -6,23 +6,29 @@ from rov_cosim.exporters.model_description import STOP_TIME
 from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.wiring import Value
 
+CONTROLLER = "controller"
+"""The element that controls, in every system."""
+
 CONTROLLER_COMPONENTS = ("adaptive_pd", "pid")
 """The components that fit into the loop as its controller."""
 
+CONNECTIONS = (
+    ("scenario.eta_d", f"{CONTROLLER}.eta_d"),
+    ("scenario.current", "rov_plant.current"),
+    ("scenario.F_umbilical", "rov_plant.F_umbilical"),
+    ("rov_plant.eta", "passive_arm.eta"),
+    ("rov_plant.nu", f"{CONTROLLER}.nu_m"),
+    ("passive_arm.eta_m", f"{CONTROLLER}.eta_m"),
+    ("passive_arm.eta_m_valid", f"{CONTROLLER}.eta_m_valid"),
+    ("passive_arm.F_arm", "rov_plant.F_arm"),
+    (f"{CONTROLLER}.u", "rov_plant.u"),
+)
+"""The connections of the loop with a scenario."""
 
-def connections(controller: str) -> tuple[tuple[str, str], ...]:
-    """Return the connections of the loop with a scenario and this element as its controller."""
-    return (
-        ("scenario.eta_d", f"{controller}.eta_d"),
-        ("scenario.current", "rov_plant.current"),
-        ("scenario.F_umbilical", "rov_plant.F_umbilical"),
-        ("rov_plant.eta", "passive_arm.eta"),
-        ("rov_plant.nu", f"{controller}.nu_m"),
-        ("passive_arm.eta_m", f"{controller}.eta_m"),
-        ("passive_arm.eta_m_valid", f"{controller}.eta_m_valid"),
-        ("passive_arm.F_arm", "rov_plant.F_arm"),
-        (f"{controller}.u", "rov_plant.u"),
-    )
+
+def element_of(component: str) -> str:
+    """Return the name of the element that a component is in the loop."""
+    return CONTROLLER if component in CONTROLLER_COMPONENTS else component
 
 
 def station_keeping_loop(
@@ -32,8 +38,8 @@ def station_keeping_loop(
     return System(
         name=name,
         description=description,
-        elements={element: element for element in ("passive_arm", "adaptive_pd", "rov_plant")},
-        connections=tuple(c for c in connections("adaptive_pd") if not c[0].startswith("scenario.")),
+        elements={element_of(name): name for name in ("passive_arm", "adaptive_pd", "rov_plant")},
+        connections=tuple(pair for pair in CONNECTIONS if not pair[0].startswith("scenario.")),
         parameters=parameters,
         stop_time=stop_time,
     )
@@ -42,17 +48,12 @@ def station_keeping_loop(
 def scenario_loop(
     name: str, description: str, parameters: Mapping[str, Mapping[str, Value]], stop_time: float, controller: str
 ) -> System:
-    """Return the same loop with a scenario, and one of `CONTROLLER_COMPONENTS` as the element ``controller``."""
+    """Return the same loop with a scenario before the arm, and one of `CONTROLLER_COMPONENTS` as its controller."""
     return System(
         name=name,
         description=description,
-        elements={
-            "scenario": "scenario",
-            "passive_arm": "passive_arm",
-            "controller": controller,
-            "rov_plant": "rov_plant",
-        },
-        connections=connections("controller"),
+        elements={element_of(name): name for name in ("scenario", "passive_arm", controller, "rov_plant")},
+        connections=CONNECTIONS,
         parameters=parameters,
         stop_time=stop_time,
     )
@@ -60,5 +61,5 @@ def scenario_loop(
 
 def without_adaptation(system: System, name: str, description: str) -> System:
     """Return the same system with the controller's adaptation off: the paper's PD comparison."""
-    controller = {**system.parameters.get("adaptive_pd", {}), "adaptation": False}
-    return station_keeping_loop(name, description, {**system.parameters, "adaptive_pd": controller}, system.stop_time)
+    controller = {**system.parameters.get(CONTROLLER, {}), "adaptation": False}
+    return station_keeping_loop(name, description, {**system.parameters, CONTROLLER: controller}, system.stop_time)

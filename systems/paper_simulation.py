@@ -5,7 +5,6 @@ Gains, forces and start are the paper's. The adaptation gain is inferred: with t
 """
 
 from rov_cosim.components.vehicle import THETA
-from rov_cosim.study.session import run
 from rov_cosim.systems.loop import station_keeping_loop
 
 GAINS = {"K_P.x": 100.0, "K_P.y": 100.0, "K_P.z": 120.0, "K_P.psi": 55.0}
@@ -18,7 +17,7 @@ SYSTEM = station_keeping_loop(
     {
         "rov_plant": {"eta_0.x": 0.52, "eta_0.y": 0.73, "eta_0.z": 0.62, "eta_0.psi": 0.83, **FORCES},
         "passive_arm": {"encoder_counts": 0, "noise_std": 0.0},
-        "adaptive_pd": {
+        "controller": {
             **GAINS,
             **DAMPING,
             **{f"Gamma.{force}": 40.0 for force in THETA},
@@ -28,4 +27,6 @@ SYSTEM = station_keeping_loop(
 )
 
 if __name__ == "__main__":
+    from rov_cosim import run
+
     run(SYSTEM)

@@ -1,6 +1,5 @@
 """Case 4.1 of Hoang & Kreuzer 2007 with the PD controller: each axis settles where K_P e equals the disturbance."""
 
-from rov_cosim.study.session import run
 from rov_cosim.systems import paper_simulation
 from rov_cosim.systems.loop import without_adaptation
 
@@ -9,4 +8,6 @@ SYSTEM = without_adaptation(
 )
 
 if __name__ == "__main__":
+    from rov_cosim import run
+
     run(SYSTEM)

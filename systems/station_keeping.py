@@ -7,7 +7,6 @@ of K_P / (epsilon_0 Gamma), Gamma summed over the forces that act in the axis: 1
 higher rise would take longer to end; the run is somewhat longer than the paper's 70 s, to show the hold.
 """
 
-from rov_cosim.study.session import run
 from rov_cosim.systems.loop import station_keeping_loop
 
 SYSTEM = station_keeping_loop(
@@ -28,4 +27,6 @@ SYSTEM = station_keeping_loop(
 )
 
 if __name__ == "__main__":
+    from rov_cosim import run
+
     run(SYSTEM)

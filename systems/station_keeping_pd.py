@@ -1,6 +1,5 @@
 """Case 4.2 of Hoang & Kreuzer 2007 with the PD controller: a constant offset remains."""
 
-from rov_cosim.study.session import run
 from rov_cosim.systems import station_keeping
 from rov_cosim.systems.loop import without_adaptation
 
@@ -9,4 +8,6 @@ SYSTEM = without_adaptation(
 )
 
 if __name__ == "__main__":
+    from rov_cosim import run
+
     run(SYSTEM)

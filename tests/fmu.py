@@ -16,9 +16,9 @@ class Fmu:
 
     def __init__(self, path: Path, folder: Path):
         self.folder = extract(path, folder)
-        element = Element("tested", folder, read_model_description(folder))
+        element = Element("tested", path, read_model_description(folder))
         self.warnings: list[str] = []
-        self.slave = Slave(element, self.warnings.append)
+        self.slave = Slave(element, Path(folder), self.warnings.append)
         self.fmu: FMU2Slave = self.slave.fmu
         self.variables = element.variables
 

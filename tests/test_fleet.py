@@ -7,7 +7,7 @@ from click.testing import CliRunner
 from rov_cosim.cli.main import main
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.vehicle import THETA
-from rov_cosim.master.master import simulate
+from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp.wiring import WiringError
 from rov_cosim.study.campaign import Cell, run_all, wired
 from rov_cosim.study.session import project_root

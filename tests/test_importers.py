@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rov_cosim.importers.page import IMPORTERS, measure
-from rov_cosim.master.master import simulate
+from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
 
 STOP = 12.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fmpy import extract
 
-from rov_cosim.master.master import SimulationError, gauss_seidel, jacobi, simulate
+from rov_cosim.master.simulation import SimulationError, gauss_seidel, jacobi, simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp import writer as ssp_writer
 from rov_cosim.ssp.declaration import System, wire

@@ -9,7 +9,7 @@ from fmpy.fmi2 import fmi2LastSuccessfulTime
 from rig import RELAXED, Rig, random_inputs
 from rov_cosim.components.instance import ComponentError
 from rov_cosim.exporters.build import components
-from rov_cosim.master.master import simulate
+from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
 
 COMPONENTS = components()

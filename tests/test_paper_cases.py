@@ -10,7 +10,7 @@ from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.adaptive_pd import equations as law
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
 from rov_cosim.components.rov_plant import equations as motion
-from rov_cosim.master.master import gauss_seidel, jacobi, simulate
+from rov_cosim.master.simulation import gauss_seidel, jacobi, simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.study.assessment import axes, errors, forces
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rov_cosim.master.master import simulate
+from rov_cosim.master.simulation import simulate
 from rov_cosim.study.campaign import score_of
 from rov_cosim.study.scores import LOST, OFFSET, SWAY, score
 

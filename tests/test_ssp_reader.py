@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from rov_cosim.exporters import archive
-from rov_cosim.master.master import simulate
+from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp.declaration import wire
 from rov_cosim.ssp.strict_xml import NAMESPACES

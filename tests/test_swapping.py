@@ -14,7 +14,7 @@ from fmu import with_units
 from rov_cosim.cli.main import main
 from rov_cosim.components.vehicle import THETA
 from rov_cosim.exporters import archive
-from rov_cosim.master.master import gauss_seidel, simulate
+from rov_cosim.master.simulation import gauss_seidel, simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp import swap_map
 from rov_cosim.ssp.declaration import System, wire

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rov_cosim.master.master import simulate
+from rov_cosim.master.simulation import simulate
 from rov_cosim.study.campaign import Cell, run_all, wired
 from rov_cosim.study.nominal import DoesNotApplyError
 from rov_cosim.study.session import project_root

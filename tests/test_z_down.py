@@ -13,7 +13,7 @@ from rov_cosim.components.vehicle import THETA
 from rov_cosim.exporters import archive
 from rov_cosim.exporters.build import components
 from rov_cosim.importers.page import IMPORTERS, measure
-from rov_cosim.master.master import simulate
+from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp import writer as ssp_writer
 from rov_cosim.ssp.declaration import System, wire

@@ -5,7 +5,6 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
 from importlib.resources import files
 from itertools import count, islice
 from pathlib import Path
@@ -13,8 +12,10 @@ from time import perf_counter
 
 from ..components.interface import SAMPLE_TIME, Component, Continuous
 from ..exporters import native_export, zig
-from ..master.master import Loop, initialize, instantiated, simulate
+from ..master.exchange import Exchange
+from ..master.simulation import initialize, instantiated, simulate
 from ..master.slave import Slave
+from ..master.unpacked import Folders
 from ..ssp.wiring import Wiring
 
 ROUNDS = 3
@@ -52,7 +53,7 @@ def from_python(wiring: Wiring, steps: int) -> dict[str, list[float]]:
     with instantiated(wiring, lambda message: None) as slaves:
         for slave in slaves:
             slave.prepare(wiring)
-        initialize(Loop(slaves, wiring.links), wiring.start_time)
+        initialize(Exchange(slaves, wiring.links), wiring.start_time)
         for slave in slaves:
             time = count(0)
             for way, step in _ways(slave).items():
@@ -62,36 +63,37 @@ def from_python(wiring: Wiring, steps: int) -> dict[str, list[float]]:
     return costs
 
 
-def loops(wirings: Mapping[str, Wiring], steps: int) -> dict[str, float]:
-    """Return what a step of the Jacobi master costs in s, for systems measured in turns."""
-    taken: dict[str, list[float]] = {name: [] for name in wirings}
+def loops(wiring: Wiring, ways: Mapping[str, Folders], steps: int) -> dict[str, float]:
+    """Return what a step of the Jacobi master costs in s, with FMUs from several folders, measured in turns."""
+    taken: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(ROUNDS):
-        for name, wiring in wirings.items():
+        for name, folders in ways.items():
 
             def stopwatch(numbers: Iterable[int], taken: list[float] = taken[name]) -> Iterator[int]:
                 begin = perf_counter()
                 yield from numbers
                 taken.append(perf_counter() - begin)
 
-            simulate(wiring, stop_time=wiring.start_time + steps * wiring.step_size, progress=stopwatch)
+            stop_time = wiring.start_time + steps * wiring.step_size
+            simulate(wiring, stop_time=stop_time, progress=stopwatch, folders=folders)
     return {name: min(seconds) / steps for name, seconds in taken.items()}
 
 
 @contextmanager
-def idle(wiring: Wiring) -> Iterator[Wiring]:
-    """Yield the system with FMUs in place of its own that have the same variables and do nothing."""
+def idle(wiring: Wiring) -> Iterator[Folders]:
+    """Yield folders of FMUs in place of the system's own that have the same variables and do nothing."""
     sources = {"idle.c": (_C / "idle.c").read_bytes()}
     platform = zig.host_platform()
     with ExitStack() as stack:
-        elements = []
+        folders = {}
         for element in wiring.elements:
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
             name = element.description.coSimulation.modelIdentifier
             (folder / "binaries" / platform).mkdir(parents=True)
             library = folder / "binaries" / platform / f"{name}{zig.SUFFIXES[platform]}"
             library.write_bytes(zig.shared_library(name, sources, platform))
-            elements.append(replace(element, fmu=folder))
-        yield replace(wiring, elements=tuple(elements))
+            folders[element.name, element.fmu] = folder
+        yield folders
 
 
 def command(*words: str) -> tuple[float, float]:

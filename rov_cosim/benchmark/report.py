@@ -5,9 +5,11 @@ from collections.abc import Iterable, Iterator
 
 from ..components.interface import SAMPLE_TIME
 from ..exporters.build import components
+from ..master.unpacked import unpacked
 from ..ssp.declaration import System
-from ..study import session
-from . import costs as measurement
+from ..study.archives import ssp_path
+from ..study.runs import opened
+from . import costs
 
 STEPS = {"native": 10_000, "pythonfmu": 100}
 """Steps over which each export is measured: some hundredths of a second at least."""
@@ -17,17 +19,17 @@ def report(system: System, folder: str) -> Iterator[str]:
     """Yield the lines of the tables, each as soon as it is measured; runs leave their results in the folder."""
     own = system.elements.values()
     yield _row(f"a communication step of {1e3 * SAMPLE_TIME:g} ms, in us", own)
-    costs = {name: measurement.in_c(components()[name]) for name in own}
-    yield _row("C: traced function, bare", (f"{1e6 * bare:.2f}" for bare, _ in costs.values()))
-    yield _row("C: native fmi2DoStep", (f"{1e6 * fmi:.2f}" for _, fmi in costs.values()))
+    in_c = {name: costs.in_c(components()[name]) for name in own}
+    yield _row("C: traced function, bare", (f"{1e6 * bare:.2f}" for bare, _ in in_c.values()))
+    yield _row("C: native fmi2DoStep", (f"{1e6 * fmi:.2f}" for _, fmi in in_c.values()))
     loops: dict[str, float] = {}
     for export, steps in STEPS.items():
-        with session.opened(system, export) as wiring:
-            for way, seconds in measurement.from_python(wiring, steps).items():
+        with opened(system, export=export) as wiring:
+            for way, seconds in costs.from_python(wiring, steps).items():
                 yield _row(f"{export}: {way}", (f"{1e6 * one:.1f}" for one in seconds))
-            with measurement.idle(wiring) as idle:
-                compared = {"do-nothing": idle, export: wiring} if export == "native" else {export: wiring}
-                loops |= measurement.loops(compared, steps)
+            with costs.idle(wiring) as idle, unpacked(wiring) as folders:
+                compared = {"do-nothing": idle, export: folders} if export == "native" else {export: folders}
+                loops |= costs.loops(wiring, compared, steps)
 
     yield ""
     yield _row(f"{system.name} in the Jacobi master", ["us a step", "x real time"])
@@ -36,7 +38,7 @@ def report(system: System, folder: str) -> Iterator[str]:
 
     yield ""
     yield _row("command", ["wall time, s", "peak, MB"])
-    simulate = ("fmpy", "simulate", str(session.ssp_path(system)), "--output-file", os.devnull)
+    simulate = ("fmpy", "simulate", str(ssp_path(system.name)), "--output-file", os.devnull)
     run = ("rov-cosim", "run", system.name, "--output", folder)
     commands = {
         f"fmpy simulate {system.name}.ssp": simulate,
@@ -45,7 +47,7 @@ def report(system: System, folder: str) -> Iterator[str]:
     }
     walls = []
     for label, words in commands.items():
-        wall, memory = measurement.command(*words)
+        wall, memory = costs.command(*words)
         walls.append(wall)
         yield _row(label, [f"{wall:.2f}", f"{memory:.0f}"])
 
@@ -53,7 +55,7 @@ def report(system: System, folder: str) -> Iterator[str]:
     yield _row("ratio", [])
     yield _row("pythonfmu loop : native loop", [f"{loops['pythonfmu'] / loops['native']:.1f}"])
     yield _row("native loop : do-nothing loop", [f"{loops['native'] / loops['do-nothing']:.2f}"])
-    for name, (bare, fmi) in costs.items():
+    for name, (bare, fmi) in in_c.items():
         yield _row(f"fmi2DoStep of {name} : bare function", [f"{fmi / bare:.2f}", f"+ {1e9 * (fmi - bare):.0f} ns"])
     yield _row("start-up : fmpy simulate", [f"{walls[1] / walls[0]:.2f}"])
 

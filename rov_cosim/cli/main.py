@@ -1,16 +1,13 @@
 """The command `rov-cosim`."""
 
 import pkgutil
+import signal
 from importlib import import_module
 from typing import Any
 
 import click
 
-from ..exporters.zig import BuildError
-from ..handover.check import CheckError
-from ..master.master import SimulationError
-from ..ssp.wiring import WiringError
-from ..study.campaign import MatrixError
+from ..errors import UserError
 from . import commands
 
 
@@ -36,7 +33,7 @@ class _Commands(click.Group):
             return super().invoke(context)
         except BrokenPipeError:
             raise  # click ends quietly
-        except (BuildError, CheckError, MatrixError, WiringError, SimulationError, OSError) as error:
+        except (UserError, OSError) as error:
             raise click.ClickException(str(error)) from error
 
 
@@ -44,6 +41,8 @@ class _Commands(click.Group):
 @click.version_option(package_name="rov-cosim")
 def main() -> None:
     """Hold an underwater vehicle in place: build, run and compare systems of FMUs."""
+    # What Ctrl-C cleans up and keeps, an order to terminate does.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 
 if __name__ == "__main__":

@@ -1,15 +1,20 @@
 """The options and arguments that several commands share."""
 
-from collections.abc import Callable, Iterable
+import functools
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import click
 
 from ..exporters.build import EXPORTS
-from ..master.master import COUPLINGS
+from ..master.exchange import COUPLINGS
+from ..ssp import swap_map
 from ..ssp.declaration import System
 from ..ssp.wiring import suggestion
+from ..study.changes import Changes
+from ..study.scores import VERDICTS, Score, Verdict
 from ..study.troubles import TROUBLES
 from ..systems.catalogue import SYSTEMS
 
@@ -44,32 +49,48 @@ class OneOf(click.ParamType[str]):
 
 
 def _values(context: click.Context, parameter: click.Parameter, assignments: tuple[str, ...]) -> dict[str, str]:
-    values = {}
-    for assignment in assignments:
-        name, equals, value = assignment.partition("=")
-        if not equals or not name:
-            raise click.BadParameter(f"expected ELEMENT.VARIABLE=VALUE, got {assignment!r}")
-        values[name.strip()] = value
-    return values
+    return dict(assigned(assignments, "ELEMENT.VARIABLE=VALUE"))
 
 
 def _swaps(context: click.Context, parameter: click.Parameter, assignments: tuple[str, ...]) -> dict[str, Path]:
-    swaps = {}
+    # No shell expands the tilde after the equals sign.
+    return {element: Path(fmu).expanduser() for element, fmu in assigned(assignments, "ELEMENT=FMU")}
+
+
+def assigned(assignments: Iterable[str], form: str) -> Iterator[tuple[str, str]]:
+    """Yield the names and values of ``NAME=VALUE``; refuse another form, and a name that stands twice."""
+    known: dict[str, str] = {}
     for assignment in assignments:
-        element, equals, fmu = assignment.partition("=")
-        if not equals or not element or not fmu:
-            raise click.BadParameter(f"expected ELEMENT=FMU, got {assignment!r}")
-        if element in swaps:
-            raise click.BadParameter(f"{element} is swapped twice")
-        swaps[element] = Path(fmu).expanduser()  # no shell does it after the equals sign
-    return swaps
+        name, equals, value = (part.strip() for part in assignment.partition("="))
+        if not equals or not name or not value:
+            raise click.BadParameter(f"expected {form}, got {assignment!r}")
+        if name in known:
+            raise click.BadParameter(f"{name} stands twice, as {known[name]} and as {value}: leave one out")
+        known[name] = value
+        yield name, value
 
 
-def png(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
-    """Refuse the name of a picture that is not a PNG."""
-    if path is not None and path.suffix != ".png":
-        raise click.BadParameter(f"expected a name that ends in .png, got {path}")
-    return path
+def suffix(*wanted: str) -> Callable[[click.Context, click.Parameter, Path | None], Path | None]:
+    """Return what refuses a file name that ends in none of the suffixes."""
+
+    def check(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
+        if path is not None and path.suffix not in wanted:
+            raise click.BadParameter(f"expected a name that ends in {' or '.join(wanted)}, got {path}")
+        return path
+
+    return check
+
+
+def gate(scores: Mapping[str, Score | None], worst: str) -> None:
+    """Raise ClickException unless each score, by the name of its run, is better than the verdict `worst`."""
+    failed = []
+    for name, found in scores.items():
+        if found is None:
+            failed.append(f"{name} has no vehicle with a pose eta: there is no verdict")
+        elif VERDICTS.index(found.verdict) >= VERDICTS.index(cast(Verdict, worst)):
+            failed.append(f"{name}: {found}")
+    if failed:
+        raise click.ClickException("; ".join(failed))
 
 
 coupling = click.option(
@@ -93,7 +114,7 @@ set_ = click.option(
 swap = click.option(
     "--swap", "swaps", multiple=True, callback=_swaps, metavar="ELEMENT=FMU", help="An FMU in the place of an element."
 )
-map_ = click.option(
+map_option = click.option(
     "--map",
     "map_",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
@@ -109,6 +130,28 @@ trouble = click.option(
 )
 
 
+fail_on = click.option(
+    "--fail-on", type=click.Choice(VERDICTS[1:]), help="End with status 1 if the verdict is this one or a worse one."
+)
+
+
+def changes_but_troubles(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that change a system but for --trouble, handed to the command as one `Changes`."""
+
+    @functools.wraps(command)
+    def gathered(*, values: dict[str, str], swaps: dict[str, Path], map_: Path | None, **others: Any) -> None:
+        if map_ and not swaps:
+            raise click.UsageError("--map tells how the FMUs of --swap take their places: name one by --swap.")
+        command(changes=Changes(swaps, swap_map.read(map_) if map_ else {}, values), **others)
+
+    return set_(swap(map_option(gathered)))
+
+
 def changes(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options that change a system: those of `session.opened`."""
-    return set_(trouble(swap(map_(command))))
+    """Add the options that change a system, handed to the command as one `Changes`."""
+
+    @functools.wraps(command)
+    def gathered(*, changes: Changes, troubles: tuple[str, ...], **others: Any) -> None:
+        command(changes=replace(changes, troubles=troubles), **others)
+
+    return trouble(changes_but_troubles(gathered))

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import fmpy
 
+from ..errors import UserError
+
 TARGETS = {
     "linux64": ("x86_64-linux-gnu.2.17",),
     "win64": ("x86_64-windows-gnu",),
@@ -36,7 +38,7 @@ _FAT_MAGIC, _CPU_TYPES = 0xCAFEBABE, {"x86_64": (0x01000007, 3), "aarch64": (0x0
 _FAT_ALIGNMENT = 14
 
 
-class BuildError(RuntimeError):
+class BuildError(UserError):
     """FMUs cannot be built; the message tells why and the cure."""
 
 

@@ -9,9 +9,10 @@ from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 
 from ..components.interface import SAMPLE_TIME, Component
+from ..errors import UserError
 from ..exporters.model_description import literal
 from ..master.slave import Slave
-from ..ssp.fmu_file import FmuError, unpacked
+from ..ssp.fmu_file import FmuError, described
 from ..ssp.wiring import Element, parse, suggestion
 from .reference import TOLERANCE, Reference
 
@@ -21,7 +22,7 @@ LEAST = 1e-3
 """Value of a signal in its unit below which it is judged as if it were as large."""
 
 
-class CheckError(RuntimeError):
+class CheckError(UserError):
     """The FMU cannot be checked at all; the message tells why."""
 
 
@@ -40,18 +41,18 @@ class Departure:
         return f"{told}; {self.explanation}" if self.explanation else told
 
 
-def opened(fmu: Path, folder: Path) -> Element:
-    """Return an FMU, unpacked into a folder.
+def opened(fmu: Path) -> Element:
+    """Return an FMU as an element.
 
     Raises
     ------
     CheckError : it is not an FMU that can be run here.
     """
     try:
-        description = unpacked(fmu, folder, str(fmu))
+        description = described(fmu)
     except FmuError as error:
         raise CheckError(str(error)) from None
-    return Element(description.modelName, folder, description)
+    return Element(description.modelName, fmu.absolute(), description)
 
 
 def theirs(element: Element, component: Component, names: Mapping[str, str]) -> dict[str, str]:
@@ -86,15 +87,15 @@ def theirs(element: Element, component: Component, names: Mapping[str, str]) -> 
     return by_ours
 
 
-def replay(element: Element, reference: Reference, names: Mapping[str, str]) -> Signals:
-    """Return the outputs of an FMU over a reference run, by our names; `names` has theirs by ours.
+def replay(element: Element, folder: Path, reference: Reference, names: Mapping[str, str]) -> Signals:
+    """Return the outputs of an FMU, unpacked in a folder, over a reference run; `names` has theirs by ours.
 
     Raises
     ------
     CheckError : the FMU cannot be loaded, has not a parameter of the run, or fails; the message has what it logged.
     """
     try:
-        slave = Slave(element, lambda message: None)
+        slave = Slave(element, folder, lambda message: None)
     except Exception as error:  # FMPy raises plain exceptions when a library does not load
         raise CheckError(f"The FMU cannot be loaded: {error}") from error
     try:

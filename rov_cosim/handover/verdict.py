@@ -9,6 +9,7 @@ from ..components.cases import cases_of
 from ..components.interface import Component
 from ..exporters.build import components
 from ..exporters.model_description import describe
+from ..master.unpacked import unpack
 from ..ssp.wiring import Element, parse, suggestion
 from . import reference
 from .check import CheckError, Departure, departures, opened, replay, theirs
@@ -29,7 +30,8 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
     """
     names = _names(map_) if map_ else {}
     with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
-        element = opened(fmu, Path(folder) / "fmu")
+        element = opened(fmu)
+        unpack(element, Path(folder) / "fmu")
         component = _component(element, name)
         by_ours = theirs(element, component, names)
         first: dict[str, Departure] = {}
@@ -37,7 +39,7 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
         for case in cases_of(component):
             run = reference.run(component, case)
             try:
-                first = departures(replay(element, run, by_ours), run) | first
+                first = departures(replay(element, Path(folder) / "fmu", run, by_ours), run) | first
             except CheckError as error:  # the other runs have their say all the same
                 others.append(f"The run {error}")
     width = max(map(len, component.y.names))

@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Literal
 
 from ..components.cases import cases_of
-from ..exporters.build import components, fmu_path
+from ..exporters.build import components, fmu_path, project_root
 from ..handover import reference
 from ..handover.check import CheckError
 from ..handover.reference import Reference
-from ..master.master import simulate
+from ..master.simulation import simulate
 from ..ssp import reader as ssp_reader
-from ..study import session
+from ..study import archives
 from ..systems.catalogue import SYSTEMS
 from . import masters, programs
 from .driving import Loop
@@ -176,8 +176,8 @@ def table() -> str:
     BuildError : the FMUs cannot be built.
     ImporterError : a tool that is installed fails, or departs by more than its tolerance.
     """
-    session.build(SYSTEMS[SYSTEM])
-    fmu, archive = fmu_path(session.project_root(), CONTROLLER), session.ssp_path(SYSTEMS[SYSTEM])
+    archives.build(SYSTEMS[SYSTEM])
+    fmu, archive = fmu_path(project_root(), CONTROLLER), archives.ssp_path(SYSTEM)
     lines = [
         f"Run on {datetime.now(UTC):%Y-%m-%d} with rov-cosim {version('rov-cosim')}.",
         "",
@@ -204,7 +204,7 @@ def table() -> str:
 
 def write_page() -> Path:
     """Write IMPORTERS.md, with all tools measured anew, and return its path; errors as in `table`."""
-    page = session.project_root() / "docs" / "IMPORTERS.md"
+    page = project_root() / "docs" / "IMPORTERS.md"
     text = (files(__package__) / "importing.md.in").read_text()
     page.parent.mkdir(exist_ok=True)
     page.write_text(text.replace("{table}", table()))

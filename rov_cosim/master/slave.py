@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from ctypes import POINTER, c_double, c_int, c_uint32, cast
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -43,9 +44,9 @@ class _Block:
 
 
 class Slave:
-    """An instantiated FMU of a system."""
+    """An instantiated FMU of a system, from the folder where it lies unpacked."""
 
-    def __init__(self, element: Element, warn: Callable[[str], None]) -> None:
+    def __init__(self, element: Element, folder: Path, warn: Callable[[str], None]) -> None:
         self.element = element
         self.errors: list[str] = []
         description = element.description
@@ -53,7 +54,7 @@ class Slave:
             instanceName=element.name,
             guid=description.guid,
             modelIdentifier=description.coSimulation.modelIdentifier,
-            unzipDirectory=str(element.fmu),
+            unzipDirectory=str(folder),
         )
 
         def log(_: object, name: bytes, status: int, category: bytes, message: bytes) -> None:

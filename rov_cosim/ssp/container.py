@@ -72,6 +72,8 @@ def _description(wiring: Wiring, exposed: dict[End, tuple[ModelVariable, Value |
         variable.name, variable.valueReference = str(end), reference
         variable.canHandleMultipleSetPerTimeInstant = False
         variable.start = None if start is None else literal(start, declared.type)
+        if variable.causality == "input":
+            variable.initial = None  # FMPy's reader fills in a default that the standard lets no input have
         variables.append(variable)
     outputs = [variable for variable in variables if variable.causality == "output"]
     first = wiring.elements[0].description

@@ -51,7 +51,11 @@ def wire(system: System, fmus: Mapping[str, Path]) -> Wiring:
         for name, fmu in system.elements.items()
     )
     links: list[Link] = []
-    problems = [f"There is no element {name}." for name in system.parameters if name not in system.elements]
+    problems = [
+        f"There is no element {name}." + suggestion(name, system.elements)
+        for name in system.parameters
+        if name not in system.elements
+    ]
     known = {element.name: element for element in elements}
     for source, target, *rest in system.connections:
         factors: Mapping[str, float] = rest[0] if rest else {}

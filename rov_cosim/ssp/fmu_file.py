@@ -1,32 +1,31 @@
-"""An FMU file from anywhere: unpacked, if it is one that this project runs."""
+"""An FMU file from anywhere: what it says of itself, if it is one that this project runs."""
 
 from pathlib import Path
 
-from fmpy import extract, read_model_description
+from fmpy import read_model_description
 from fmpy.model_description import ModelDescription
 
+from ..errors import UserError
 
-class FmuError(ValueError):
+
+class FmuError(UserError):
     """A file that cannot be used as an FMU; the message says why."""
 
 
-def unpacked(fmu: Path, folder: Path, named: str) -> ModelDescription:
-    """Unpack an FMU into a folder and return its description; `named` is what an error calls it.
+def described(fmu: Path, name: str = "") -> ModelDescription:
+    """Return the description of an FMU, an archive; `name` is what an error calls it, its path if left out.
 
     Raises
     ------
-    FmuError : it is not a readable FMU for co-simulation with FMI 2.0, or cannot be run from this folder.
+    FmuError : it is not a readable FMU for co-simulation with FMI 2.0.
     """
+    name = name or str(fmu)
+    if fmu.is_dir():
+        raise FmuError(f"{name} is a folder; expected an FMU, which is a zip archive of such a folder.")
     try:
-        description = read_model_description(extract(str(fmu), str(folder)))
+        description = read_model_description(str(fmu))
     except Exception as error:  # FMPy raises plain exceptions of many types
-        raise FmuError(f"{named} is not a readable FMU: {' '.join(str(error).split())}") from None
+        raise FmuError(f"{name} is not a readable FMU: {' '.join(str(error).split())}") from None
     if description.fmiVersion != "2.0" or description.coSimulation is None:
-        raise FmuError(f"{named} is not an FMU for co-simulation with FMI 2.0.")
-    where = str(folder)
-    if (folder / "resources" / "slavemodule.txt").is_file() and (not where.isascii() or set(where) & set("#%")):
-        raise FmuError(
-            f"pythonfmu cannot load {named} from the temporary folder {where}, whose name is not ASCII or has # or %: "
-            "set TMPDIR to another."
-        )
+        raise FmuError(f"{name} is not an FMU for co-simulation with FMI 2.0.")
     return description

@@ -3,13 +3,14 @@
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from zipfile import BadZipFile, ZipFile
 
 from lxml import etree
 
 from ..components.interface import SAMPLE_TIME
-from .fmu_file import FmuError, unpacked
+from .fmu_file import FmuError, described
 from .parameter_set import SCHEMA, Bound, checked_values, parameters, units_in
 from .strict_xml import NAMESPACES, STANDARD, parse_strictly
 from .units import Base, same_unit, units_of
@@ -55,7 +56,7 @@ class _Reader:
         components = system.findall("ssd:Elements/ssd:Component", STANDARD)
         if not components:
             self.problems.append("SystemStructure.ssd: the system has no component.")
-        elements = [self._element(i, component, units) for i, component in enumerate(components)]
+        elements = [self._element(component, units) for component in components]
         wiring = Wiring(
             name=document.get("name"),
             elements=tuple(self._system_parameters(system, [element for element in elements if element])),
@@ -77,23 +78,22 @@ class _Reader:
             self.problems += str(error).splitlines()
             return None
 
-    def _element(self, i: int, component: etree._Element, units: Mapping[str, Base]) -> Element | None:
+    def _element(self, component: etree._Element, units: Mapping[str, Base]) -> Element | None:
         name, source = component.get("name"), component.get("source")
         self.unreadable.add(name)
         fmu = self.root / source
         if ".." in fmu.parts or not fmu.is_relative_to(self.root) or not fmu.is_file():
             self.problems.append(f"{name}: the archive has no FMU {source}.")
             return None
-        folder = self.root / "extracted" / str(i)
         try:
-            description = unpacked(fmu, folder, source)
+            description = described(fmu, source)
         except FmuError as error:
             self.problems.append(f"{name}: {error}")
             return None
         self.unreadable.discard(name)
-        element = Element(name, folder, description)
+        element = Element(name, fmu, description)
         self._check_connectors(component, element, units)
-        return Element(name, folder, description, self._values(self._bound(component), element))
+        return replace(element, start_values=self._values(self._bound(component), element))
 
     def _check_connectors(self, component: etree._Element, element: Element, units: Mapping[str, Base]) -> None:
         for connector in component.iterfind("ssd:Connectors/ssd:Connector", STANDARD):
@@ -137,7 +137,7 @@ class _Reader:
                 self.problems.append(f"Parameter {name}: there is no element {element}." + suggestion(element, names))
         for e in elements:
             values = {**e.start_values, **self._values(bound.get(e.name, ()), e)}
-            yield Element(e.name, e.fmu, e.description, values)
+            yield replace(e, start_values=values)
 
     def _links(self, system: etree._Element, elements: Mapping[str, Element]) -> Iterator[Link]:
         for connection in system.iterfind("ssd:Connections/ssd:Connection", STANDARD):

@@ -1,24 +1,21 @@
 """Another FMU in the place of an element: its connections are led to the FMU's own variables, as a map tells."""
 
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from .fmu_file import FmuError, unpacked
+from .fmu_file import FmuError, described
 from .swap_map import Entry, SwapMap, folded, stem
 from .wiring import Element, End, Link, Value, Wiring, WiringError, suggestion
 
 Warn = Callable[[str], None]
 
 
-@contextmanager
 def with_swaps(
     wiring: Wiring, fmus: Mapping[str, Path], maps: Mapping[str, SwapMap], warn: Warn = lambda message: None
-) -> Iterator[Wiring]:
-    """Yield a system with other FMUs in the place of elements; they lie in a temporary folder until the context ends.
+) -> Wiring:
+    """Return a system with other FMUs in the place of elements.
 
     Parameters
     ----------
@@ -32,20 +29,19 @@ def with_swaps(
     WiringError : everything that keeps an FMU from taking the place.
     """
     problems: list[str] = []
-    with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
-        for i, (name, fmu) in enumerate(fmus.items()):
-            try:
-                description = unpacked(fmu, Path(folder) / str(i), str(fmu))
-                wiring = swapped(wiring, Element(name, Path(folder) / str(i), description), maps.get(name), warn)
-            except FmuError as error:
-                problems.append(f"{name}: {error}")
-            except WiringError as error:
-                problems += error.problems
-        problems += [f"The map is for {name}, which is not swapped." for name in maps if name not in fmus]
-        if problems:
-            raise WiringError(wiring.name, problems)
-        # Of another name, so its results lie beside those of the system as it was.
-        yield replace(wiring, name="_".join([wiring.name, *(fmu.stem for fmu in fmus.values())]))
+    for name, fmu in fmus.items():
+        try:
+            wiring = swapped(wiring, Element(name, fmu.absolute(), described(fmu)), maps.get(name), warn)
+        except FmuError as error:
+            problems.append(f"{name}: {error}")
+        except WiringError as error:
+            problems += error.problems
+    problems += [
+        wiring.no_element(name) or f"The map is for {name}, which is not swapped." for name in maps if name not in fmus
+    ]
+    if problems:
+        raise WiringError(wiring.name, problems)
+    return wiring
 
 
 def swapped(wiring: Wiring, their: Element, map_: SwapMap | None = None, warn: Warn = lambda message: None) -> Wiring:
@@ -61,7 +57,8 @@ def swapped(wiring: Wiring, their: Element, map_: SwapMap | None = None, warn: W
     """
     names = [element.name for element in wiring.elements]
     if their.name not in names:
-        raise WiringError(wiring.name, [f"There is no element {their.name}." + suggestion(their.name, names)])
+        problem = wiring.no_element(their.name) or f"There is no element {their.name}." + suggestion(their.name, names)
+        raise WiringError(wiring.name, [problem])
     swap = _Swap(wiring, their, map_)
     result = swap.result()
     if problems := [*swap.problems, *result.problems()]:

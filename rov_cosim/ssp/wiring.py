@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from fmpy.model_description import ModelDescription, ModelVariable
 
+from ..errors import UserError
 from .units import conversion, units_of
 
 Value = float | int | bool
@@ -18,7 +19,7 @@ LARGEST_INTEGER = 2**31 - 1
 MOST_STEPS = 10_000_000
 
 
-class WiringError(ValueError):
+class WiringError(UserError):
     """A system that cannot run; `problems` lists every reason."""
 
     def __init__(self, where: str, problems: Iterable[str]) -> None:
@@ -51,7 +52,7 @@ class Element:
     Parameters
     ----------
     name : name of the element in the system.
-    fmu : the FMU, an archive or a folder with its content.
+    fmu : the FMU, an archive.
     description : its model description.
     start_values : values set before the initialization, by variable.
     """
@@ -117,7 +118,8 @@ class Wiring:
             name, _, variable = end.partition(".")
             element = elements.get(name)
             if element is None or variable not in element.variables:
-                problems.append(f"There is no variable {end}." + suggestion(end, known))
+                by_fmu = self.no_element(name, f".{variable}") if element is None else ""
+                problems.append(by_fmu or f"There is no variable {end}." + suggestion(end, known))
                 continue
             declared = element.variables[variable]
             if declared.causality not in ("input", "parameter"):
@@ -135,6 +137,15 @@ class Wiring:
         if problems:
             raise WiringError(self.name, problems)
         return replace(self, elements=tuple(elements.values()))
+
+    def no_element(self, name: str, after: str = "") -> str:
+        """Return a sentence on an element that there is not, called by the name of its FMU; nothing if it is another.
+
+        `after` is what follows the name in what the user meant.
+        """
+        found = [element.name for element in self.elements if element.description.modelName == name]
+        wanted = " or ".join(f"{element}{after}" for element in found)
+        return f"There is no element {name}: {name} is the FMU of {found[0]}; write {wanted}." if found else ""
 
     def problems(self) -> list[str]:
         """Return a sentence for everything that keeps the system from running."""
@@ -196,6 +207,8 @@ class Wiring:
 def parse(literal: str, type_: str) -> Value:
     """Return the value that a literal stands for in a variable of an FMI type; ValueError if it is none."""
     text = literal.strip()
+    if "_" in text or not text.isascii():  # Python reads 1_000, and the digits of every script
+        raise ValueError(f"expected {'true or false' if type_ == 'Boolean' else 'a number'}, got {literal!r}")
     if type_ not in TYPES:
         raise ValueError(f"type {type_} is not supported; {', '.join(TYPES)} are")
     if type_ == "Boolean":

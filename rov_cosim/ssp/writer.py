@@ -4,6 +4,7 @@ The prefixes ssd:, ssc: and ssv: are literal, every connector has a type, and th
 annotations of Open Simulation Platform and OpenModelica, because readers of SSP depend on each of these.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 
 from fmpy.model_description import ModelVariable, Unit
@@ -14,23 +15,33 @@ from ..exporters.model_description import literal
 from . import container
 from .strict_xml import NAMESPACES
 from .units import BASE_UNITS
-from .wiring import Element, Wiring, unit_factor
+from .wiring import Element, Wiring, WiringError, unit_factor
 
 PARAMETER_SET = "nominal"
 
 
-def write(wiring: Wiring, path: Path, plain: bool = False) -> bool:
+def write(wiring: Wiring, path: Path, plain: bool = False, warn: Callable[[str], None] = lambda message: None) -> bool:
     """Write the archive of a system unless it is current; tell whether it was written.
 
     Unless `plain`, the archive is an FMU too (see `container`), which holds files at its root that SSP reserves. A
-    system with factors on its connections cannot be an FMU, for FMPy's container has none.
+    system with factors on its connections cannot be an FMU, for FMPy's container has none: `warn` is told.
+
+    Raises
+    ------
+    WiringError : it would be an archive that cannot run.
     """
+    if problems := wiring.problems():
+        raise WiringError(wiring.name, problems)
     entries = {"SystemStructure.ssd": system_structure(wiring)}
     for element in wiring.elements:
-        entries[f"resources/{element.fmu.name}"] = element.fmu.read_bytes()
+        entries[f"resources/{element.name}.fmu"] = element.fmu.read_bytes()
         if element.start_values:
             entries[f"resources/{element.name}.ssv"] = parameter_set(element)
-    if not plain and all(link.factor == 1 for link in wiring.links):
+    factors = [link for link in wiring.links if link.factor != 1]
+    if factors and not plain:
+        many = f"{len(factors)} connections have a factor, for example {factors[0].source} -> {factors[0].target}"
+        warn(f"{many}: the archive has SSP content alone, which `fmpy simulate` cannot run.")
+    elif not plain:
         entries |= container.entries(wiring)
     return archive.write(path, entries)
 
@@ -97,7 +108,7 @@ def _component(parent: etree._Element, element: Element, wiring: Wiring) -> None
         "ssd:Component",
         name=element.name,
         type="application/x-fmu-sharedlibrary",
-        source=f"resources/{element.fmu.name}",
+        source=f"resources/{element.name}.fmu",
     )
     connectors = _child(component, "ssd:Connectors")
     for variable in _connected(element, wiring):

@@ -9,23 +9,24 @@ from numpy.typing import NDArray
 from ..components.frames import pose_difference
 from ..components.interface import POSE, WRENCH
 from ..ssp.wiring import Wiring
+from ..systems.loop import CONTROLLER
 
 AXES = ("x", "y", "z", "psi")
 SETTLED = {"x": 0.02, "y": 0.02, "z": 0.02, "psi": np.radians(2.0)}
 """Error in m or rad below which an axis counts as settled."""
-HELD_FROM = 40.0
-"""Time in s after which the errors of holding are taken."""
+HOLD = 0.2
+"""Share of a run, at its end, in which holding is assessed."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """How one axis did: settling time in s (None: never); final, mean and worst error in m or rad."""
+    """How one axis did: settling time in s (None: never); final, and in hold mean and worst error, in m or rad."""
 
     name: str
     settling: float | None
     final: float
-    mean: float | None
-    worst: float | None
+    mean: float
+    worst: float
 
 
 @dataclass(frozen=True)
@@ -65,10 +66,23 @@ def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
     return error
 
 
+def hold_begin(results: NDArray[Any]) -> float:
+    """Return the time in s after which holding is assessed."""
+    time = results["time"]
+    return float(time[-1] - HOLD * (time[-1] - time[0]))
+
+
+def in_hold(results: NDArray[Any]) -> NDArray[np.bool_]:
+    """Tell which rows, shape (rows,), are of the hold; the last one is in any case."""
+    held: NDArray[np.bool_] = results["time"] > hold_begin(results)
+    held[-1] = True
+    return held
+
+
 def axes(results: NDArray[Any], wiring: Wiring) -> list[Axis]:
     """Return how each of `AXES` did."""
     time, error = results["time"], errors(results, wiring)
-    held = error[time >= HELD_FROM]
+    held = error[in_hold(results)]
     assessed = []
     for name in AXES:
         e = error[:, POSE.index(name)]
@@ -80,8 +94,8 @@ def axes(results: NDArray[Any], wiring: Wiring) -> list[Axis]:
                 name=name,
                 settling=float(time[settled]) if settled < len(time) else None,
                 final=float(e[-1]),
-                mean=float(h.mean()) if h.size else None,
-                worst=float(np.abs(h).max()) if h.size else None,
+                mean=float(h.mean()),
+                worst=float(np.abs(h).max()),
             )
         )
     return assessed
@@ -97,7 +111,7 @@ def disturbances(results: NDArray[Any], wiring: Wiring) -> dict[str, tuple[NDArr
     ends = {axis: [f"{element}.disturbance.{axis}" for element in (controller, "rov_plant")] for axis in estimated}
     if not {end for pair in ends.values() for end in pair} <= set(results.dtype.names or ()):
         return {}
-    return {axis: (results[told], results[true]) for axis, (told, true) in ends.items()}
+    return {axis: (results[estimate], results[true]) for axis, (estimate, true) in ends.items()}
 
 
 def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
@@ -108,16 +122,15 @@ def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
 
 def report(results: NDArray[Any], wiring: Wiring) -> str:
     """Return a short table of `axes` and `forces`."""
-    lines = [
-        f"{'axis':6} {'settles [s]':>12} {'final':>11} {f'mean > {HELD_FROM:g} s':>12} {f'worst > {HELD_FROM:g} s':>13}"
-    ]
+    lines = [f"{'axis':6} {'settles [s]':>12} {'final':>11} {'mean in hold':>13} {'worst in hold':>14}"]
     for axis in axes(results, wiring):
         unit, scale = ("deg", 180 / np.pi) if axis.name == "psi" else ("mm", 1e3)
         settling = "never" if axis.settling is None else f"{axis.settling:.2f}"
-        cells = ["-" if v is None else f"{v * scale:.2f} {unit}" for v in (axis.final, axis.mean, axis.worst)]
-        lines.append(f"{axis.name:6} {settling:>12} {cells[0]:>11} {cells[1]:>12} {cells[2]:>13}")
+        cells = [f"{v * scale:.2f} {unit}" for v in (axis.final, axis.mean, axis.worst)]
+        lines.append(f"{axis.name:6} {settling:>12} {cells[0]:>11} {cells[1]:>13} {cells[2]:>14}")
     limits = f"{SETTLED['x'] * 1e3:g} mm, or {np.degrees(SETTLED['psi']):g} deg"
-    lines.append(f"settles: after this time the error stays within {limits}.")
+    duration = results["time"][-1] - hold_begin(results)
+    lines.append(f"settles: after this time the error stays within {limits}. hold: the last {duration:.3g} s.")
     if _element_with(wiring, "eta_d") is None:
         lines.append("No element has inputs eta_d: the errors are those from a set-point of 0.")
     if found := forces(results, wiring):
@@ -147,7 +160,7 @@ def _arm(wiring: Wiring) -> str | None:
 
 def controller_of(wiring: Wiring) -> str:
     """Return the name of the element that has the set-point as inputs ``eta_d``."""
-    return _element_with(wiring, "eta_d") or "adaptive_pd"
+    return _element_with(wiring, "eta_d") or CONTROLLER
 
 
 def _inputs(results: NDArray[Any], wiring: Wiring, group: str) -> NDArray[np.float64]:

@@ -1,34 +1,31 @@
-"""The matrix: every vehicle, with every controller, in every trouble, run in parallel processes and scored."""
+"""A campaign: every vehicle, with every controller, in every trouble, run in parallel processes and scored."""
 
 import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from multiprocessing import active_children, get_context
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from fmpy import extract
-
-from ..exporters.build import build_fmus, components, fmu_path
-from ..master.master import SimulationError, simulate
+from ..errors import UserError
+from ..master.simulation import SimulationError, simulate
+from ..master.unpacked import Folders, unpacked
 from ..ssp.declaration import wire
-from ..ssp.swap_map import SwapMap
-from ..ssp.swapping import with_swaps
 from ..ssp.wiring import Wiring, WiringError
 from ..systems.fleet import holding
+from .archives import built
+from .changes import Changes
 from .nominal import DoesNotApplyError
 from .scores import Score, score
 from .troubles import TROUBLES
 
 
 class Cell(NamedTuple):
-    """A place in the matrix."""
+    """One run of the campaign."""
 
     vehicle: str
     controller: str
@@ -36,48 +33,41 @@ class Cell(NamedTuple):
 
 
 Loops = Mapping[tuple[str, str], Wiring]
-"""The loop of each vehicle and controller, its FMUs extracted."""
+"""The loop of each vehicle and controller."""
 
 
 @dataclass(frozen=True)
-class Matrix:
+class Campaign:
     """The scores of the cells that were run, and why each of the others does not apply."""
 
     scores: Mapping[Cell, Score]
     left_out: Mapping[Cell, str]
 
 
-class MatrixError(RuntimeError):
-    """The matrix did not get to its end; `matrix` holds what was computed until then."""
+class CampaignError(UserError):
+    """The campaign did not get to its end; `campaign` holds what was computed until then."""
 
-    def __init__(self, message: str, matrix: Matrix) -> None:
+    def __init__(self, message: str, campaign: Campaign) -> None:
         super().__init__(message)
-        self.matrix = matrix
+        self.campaign = campaign
 
 
-@contextmanager
 def wired(
-    root: Path,
     vehicles: Sequence[str],
     controllers: Sequence[str],
-    swaps: Mapping[str, Path] | None = None,
-    maps: Mapping[str, SwapMap] | None = None,
+    changes: Changes | None = None,
     warn: Callable[[str], None] = lambda message: None,
-) -> Iterator[Loops]:
-    """Yield the loop of each vehicle with each controller, with native FMUs that are built below `root`.
+) -> Loops:
+    """Return the loop of each vehicle with each controller, with native FMUs, which are built first, and changes in it.
 
-    The FMUs are extracted until the context ends. `swaps` and `maps` are those of `swapping.with_swaps`.
+    Raises
+    ------
+    BuildError : an FMU cannot be built.
+    WiringError : a vehicle's file or a change is wrong.
     """
-    build_fmus(root)
-    with ExitStack() as stack:
-        folder = stack.enter_context(TemporaryDirectory(prefix="rov_cosim_"))
-        fmus = {name: Path(extract(str(fmu_path(root, name)), f"{folder}/{name}")) for name in components()}
-        loops = {pair: wire(holding(*pair), fmus) for pair in product(vehicles, controllers)}
-        told = cache(warn)  # the same for every loop
-        yield {
-            pair: stack.enter_context(with_swaps(wiring, swaps or {}, maps or {}, told))
-            for pair, wiring in loops.items()
-        }
+    changes, once = changes or Changes(), cache(warn)  # the same for every loop
+    systems = {pair: holding(*pair) for pair in product(vehicles, controllers)}
+    return {pair: changes.applied(wire(system, built(system)), once) for pair, system in systems.items()}
 
 
 def run_all(
@@ -85,43 +75,46 @@ def run_all(
     troubles: Sequence[str],
     jobs: int,
     progress: Callable[[Iterable[Any], int], Iterable[Any]] = lambda done, total: done,
-) -> Matrix:
+) -> Campaign:
     """Run each loop in each of `TROUBLES` that is named, in so many processes.
 
     `progress` wraps the runs as they come to an end, given their number.
 
     Raises
     ------
-    MatrixError : interrupted, or a process died; it holds the scores so far.
+    CampaignError : interrupted, or a process died; it holds the scores so far.
     """
     left_out = {cell: why for cell in _cells(loops, troubles) if (why := _why_not(loops, cell))}
     cells = [cell for cell in _cells(loops, troubles) if cell not in left_out]
     done: dict[Cell, Score] = {}
 
-    def matrix() -> Matrix:
-        return Matrix({cell: done[cell] for cell in cells if cell in done}, left_out)
+    def so_far() -> Campaign:
+        return Campaign({cell: done[cell] for cell in cells if cell in done}, left_out)
 
     # Processes that are spawned, not forked, inherit no locks of this one's threads.
-    with ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_begin, initargs=(loops,)) as pool:
+    with (
+        unpacked(*loops.values()) as folders,
+        ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_begin, initargs=(loops, folders)) as pool,
+    ):
         try:
             with _interrupts_ignored():  # by the processes for good: Ctrl-C is this one's to answer
                 futures = {pool.submit(_run, cell): cell for cell in cells}
             for future in progress(as_completed(futures), len(cells)):
                 done[futures[future]] = future.result()
         except KeyboardInterrupt:
-            raise MatrixError(f"Interrupted after {len(done)} of {len(cells)} runs.", matrix()) from None
+            raise CampaignError(f"Interrupted after {len(done)} of {len(cells)} runs.", so_far()) from None
         except BrokenProcessPool:
             for process in active_children():  # the pool would wait for one that outlives its order to end
                 process.kill()
             message = f"A process died, of an FMU that crashed it, after {len(done)} of {len(cells)} runs."
-            raise MatrixError(message, matrix()) from None
+            raise CampaignError(message, so_far()) from None
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
-    return matrix()
+    return so_far()
 
 
-def score_of(wiring: Wiring, trouble: str) -> Score:
-    """Return the score of a loop in one of `TROUBLES`.
+def score_of(wiring: Wiring, trouble: str, folders: Folders | None = None) -> Score:
+    """Return the score of a loop in one of `TROUBLES`; `folders` as in `simulate`.
 
     Raises
     ------
@@ -129,8 +122,12 @@ def score_of(wiring: Wiring, trouble: str) -> Score:
     """
     troubled = TROUBLES[trouble].applied(wiring)
     try:
-        return score(simulate(troubled), troubled)
-    except (SimulationError, WiringError) as error:
+        return score(simulate(troubled, folders=folders), troubled)
+    except SimulationError as error:
+        if len(error.results):
+            return score(error.results, troubled, str(error))
+        return Score("lost", reason=str(error))
+    except WiringError as error:
         return Score("lost", reason=str(error))
 
 
@@ -155,14 +152,15 @@ def _interrupts_ignored() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-_loops: Loops = {}
+_work: tuple[Loops, Folders] = {}, {}
 """What a process of the pool runs."""
 
 
-def _begin(loops: Loops) -> None:
-    global _loops
-    _loops = loops
+def _begin(loops: Loops, folders: Folders) -> None:
+    global _work
+    _work = loops, folders
 
 
 def _run(cell: Cell) -> Score:
-    return score_of(_loops[cell.vehicle, cell.controller], cell.trouble)
+    loops, folders = _work
+    return score_of(loops[cell.vehicle, cell.controller], cell.trouble, folders)

@@ -1,7 +1,5 @@
 """The matrix on paper: CSV with every score, Markdown with a table a vehicle, a heat map to be read at a glance."""
 
-import csv
-from dataclasses import asdict, fields
 from pathlib import Path
 
 import matplotlib
@@ -13,7 +11,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 from ..systems.fleet import CONTROLLERS, VEHICLES
-from .campaign import Cell, Matrix
+from .campaign import Campaign, Cell
 from .scores import VERDICTS, Score
 from .troubles import TROUBLES
 
@@ -28,45 +26,35 @@ time after which every axis stays settled; it is empty where the trouble does no
 """
 
 
-def write_csv(matrix: Matrix, path: Path) -> None:
-    """Write a row for each cell that was run with all that was scored, in SI units and rad."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow([*Cell._fields, *(field.name for field in fields(Score))])
-        for cell, score in matrix.scores.items():
-            values = ("" if v is None else f"{v:.6g}" if isinstance(v, float) else v for v in asdict(score).values())
-            writer.writerow([*cell, *values])
-
-
-def markdown(matrix: Matrix, note: str = "") -> str:
+def markdown(campaign: Campaign, note: str = "") -> str:
     """Return a page with a table for each vehicle: how each controller did in each trouble.
 
     `note` says what is not as in the systems of `fleet`.
     """
-    vehicles, controllers, troubles = _axes(matrix)
+    vehicles, controllers, troubles = _axes(campaign)
     lines = [_HEAD, *([f"{note}\n"] if note else [])]
     for vehicle in vehicles:
         lines += [f"## {vehicle}", "", f"| | {' | '.join(controllers)} |", "|---" * (1 + len(controllers)) + "|"]
         for trouble in troubles:
-            cells = [_told(matrix.scores.get(Cell(vehicle, controller, trouble))) for controller in controllers]
+            cells = [_summary(campaign.scores.get(Cell(vehicle, controller, trouble))) for controller in controllers]
             lines.append(f"| {trouble} | {' | '.join(cells)} |")
         lines.append("")
     lines += ["## Troubles", "", "| trouble | what it is |", "|---|---|"]
     lines += [f"| {name} | {TROUBLES[name].description} |" for name in troubles]
-    if matrix.left_out:
+    if campaign.left_out:
         lines += ["", "## What does not apply", "", "| trouble | where | why |", "|---|---|---|"]
         where: dict[tuple[str, str], list[str]] = {}
-        for cell, why in matrix.left_out.items():
+        for cell, why in campaign.left_out.items():
             where.setdefault((cell.trouble, why), []).append(f"{cell.vehicle} {cell.controller}")
         lines += [f"| {trouble} | {', '.join(places)} | {why} |" for (trouble, why), places in where.items()]
     return "\n".join([*lines, ""])
 
 
-def draw_heat_map(matrix: Matrix, path: Path, note: str = "") -> None:
+def draw_heat_map(campaign: Campaign, path: Path, note: str = "") -> None:
     """Write a PNG: the verdict of each cell by colour, and its root mean square errors; `note` as in `markdown`."""
-    vehicles, controllers, troubles = _axes(matrix)
+    vehicles, controllers, troubles = _axes(campaign)
     columns = [(vehicle, controller) for vehicle in vehicles for controller in controllers]
-    found = [[matrix.scores.get(Cell(*column, trouble)) for column in columns] for trouble in troubles]
+    found = [[campaign.scores.get(Cell(*column, trouble)) for column in columns] for trouble in troubles]
     verdicts = np.array([[-1 if s is None else VERDICTS.index(s.verdict) for s in row] for row in found])
     size = (2.6 + 0.75 * len(columns), 2.0 + 0.27 * len(troubles))
     figure, panel = plt.subplots(figsize=size, layout="constrained")
@@ -98,16 +86,16 @@ def draw_heat_map(matrix: Matrix, path: Path, note: str = "") -> None:
     plt.close(figure)
 
 
-def _axes(matrix: Matrix) -> tuple[list[str], list[str], list[str]]:
-    """Return vehicles, controllers and troubles of the matrix, in the order in which they are declared."""
-    present = {name for cell in (*matrix.scores, *matrix.left_out) for name in cell}
+def _axes(campaign: Campaign) -> tuple[list[str], list[str], list[str]]:
+    """Return vehicles, controllers and troubles of a campaign, in the order in which they are declared."""
+    present = {name for cell in (*campaign.scores, *campaign.left_out) for name in cell}
     vehicles, controllers, troubles = (
         [n for n in names if n in present] for names in (VEHICLES, CONTROLLERS, TROUBLES)
     )
     return vehicles, controllers, troubles
 
 
-def _told(score: Score | None) -> str:
+def _summary(score: Score | None) -> str:
     if score is None:
         return ""
     settling = "" if score.settling is None else f"{score.settling:.0f} s"

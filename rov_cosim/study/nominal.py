@@ -1,4 +1,4 @@
-"""A vehicle and its controller, as the start values of a loop tell them: what a trouble is scaled by."""
+"""The nominal loop, as its start values tell it: what a trouble is scaled by."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,14 +6,15 @@ from numpy.typing import NDArray
 from ..components.interface import XYZ, count
 from ..components.vehicle import N_THRUSTERS, THETA, allocation_matrix, degrees_of_freedom, disturbance_map
 from ..ssp.wiring import Value, Wiring, WiringError, parse
+from ..systems.fleet import VEHICLES
 
 
 class DoesNotApplyError(WiringError):
     """The trouble is of something that the loop has not."""
 
 
-class Ship:
-    """Access to the start values of a loop of `fleet`, by ``element.variable``."""
+class Nominal:
+    """Access to the start values of a loop, by ``element.variable``."""
 
     def __init__(self, wiring: Wiring) -> None:
         self._wiring = wiring
@@ -37,7 +38,7 @@ class Ship:
         """
         value = self._wiring.value(end)
         if value is None:
-            raise DoesNotApplyError(self._wiring.name, [f"There is no {end}, which the trouble is about."])
+            raise DoesNotApplyError(self._wiring.name, [f"There is no {end}, which the trouble is about." + _cure(end)])
         return float(value)
 
     def vector(self, group: str, labels: tuple[str, ...] = XYZ) -> NDArray[np.float64]:
@@ -72,3 +73,9 @@ class Ship:
         dof = degrees_of_freedom(self.value("controller.control_roll_pitch"))
         B = np.diag(dof) @ allocation_matrix(r, d, enabled)
         return float(np.abs(np.linalg.pinv(B) @ (dof * (W @ theta))).max())
+
+
+def _cure(end: str) -> str:
+    """Return which systems have what a system has not, or nothing."""
+    has = "so have the other systems of the fleet"
+    return f" The system {next(iter(VEHICLES))} has a scenario; {has}." if end.startswith("scenario.") else ""

@@ -6,34 +6,37 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 
 from ..components.interface import POSE
 from ..ssp.wiring import Wiring
 from .assessment import AXES, SETTLED, disturbances, errors
 
-Run = tuple[NDArray[Any], Wiring]
+Results = tuple[NDArray[Any], Wiring]
 
+# The margins are given: to fit them to the labels takes as long as the rest of the figure.
+_MARGINS = {"left": 0.08, "right": 0.985, "bottom": 0.06, "top": 0.945, "wspace": 0.18, "hspace": 0.08}
 _LABELS = {"x": "x error [m]", "y": "y error [m]", "z": "z error [m]", "psi": "yaw error [deg]"}
 _SCALES = {"x": 1.0, "y": 1.0, "z": 1.0, "psi": 180 / np.pi}
 
 
-def plot_run(run: Run, path: Path) -> None:
-    """Write a PNG of one run: the pose error, the thrusters and the estimated disturbance where the system has them."""
-    results, wiring = run
-    figure, panels = plt.subplots(3, 2, figsize=(10, 9), sharex=True, layout="constrained")
-    _plot_errors(panels.flat[:4], {"": run})
+def plot_run(results: NDArray[Any], wiring: Wiring, title: str, path: Path) -> None:
+    """Draw one run: the pose error, the thrusters and the estimated disturbance where the system has them.
+
+    The form of the picture follows from the suffix of its path, PNG or SVG; so in `plot_comparison`.
+    """
+    figure = Figure(figsize=(10, 9))
+    panels = figure.subplots(3, 2, sharex=True, gridspec_kw=_MARGINS)
+    _plot_errors(panels.flat[:4], {"": (results, wiring)})
     thrust, unknown = panels[2]
-    told = disturbances(results, wiring)
+    estimates = disturbances(results, wiring)
     for i, name in enumerate(("X", "Y", "Z", "N")):
         style = {"color": f"C{i}", "linewidth": 0.8}
         if f"rov_plant.tau.{name}" in (results.dtype.names or ()):
             thrust.plot(results["time"], results[f"rov_plant.tau.{name}"], label=name, **style)
-        if name in told:
-            estimated, true = told[name]
+        if name in estimates:
+            estimated, true = estimates[name]
             unknown.plot(results["time"], estimated, label=name, **style)
             unknown.plot(results["time"], true, linestyle="--", **style)
     for panel, label in ((thrust, "thruster wrench [N, N m]"), (unknown, "disturbance, true: dashed [N, N m]")):
@@ -41,21 +44,22 @@ def plot_run(run: Run, path: Path) -> None:
         if panel.lines:
             panel.legend(ncols=4, fontsize="small")
         panel.set_xlabel("time [s]")
-    figure.suptitle(wiring.name)
+    figure.suptitle(title, fontsize=12)
     _save(figure, path)
 
 
-def plot_comparison(runs: Mapping[str, Run], path: Path) -> None:
-    """Write a PNG with the pose errors of several runs, by label."""
-    figure, panels = plt.subplots(2, 2, figsize=(10, 6.5), sharex=True, layout="constrained")
+def plot_comparison(runs: Mapping[str, Results], path: Path) -> None:
+    """Draw the pose errors of several runs, by label."""
+    figure = Figure(figsize=(10, 6.5), layout="constrained")
+    panels = figure.subplots(2, 2, sharex=True)
     _plot_errors(panels.flat, runs)
     for panel in panels[1]:
         panel.set_xlabel("time [s]")
-    figure.legend(*panels.flat[0].get_legend_handles_labels(), loc="outside upper center", ncols=len(runs))
+    figure.legend(*panels.flat[0].get_legend_handles_labels(), loc="outside upper center", ncols=min(len(runs), 3))
     _save(figure, path)
 
 
-def _plot_errors(panels: Any, runs: Mapping[str, Run]) -> None:
+def _plot_errors(panels: Any, runs: Mapping[str, Results]) -> None:
     for panel, name in zip(panels, AXES, strict=True):
         for label, (results, wiring) in runs.items():
             error = _SCALES[name] * errors(results, wiring)[:, POSE.index(name)]
@@ -71,7 +75,8 @@ def _finish(panel: Any, label: str) -> None:
     panel.grid(alpha=0.3)
 
 
-def _save(figure: Any, path: Path) -> None:
+def _save(figure: Figure, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110, metadata={"Software": None})
-    plt.close(figure)
+    # Neither the date nor a random number in it: the same run gives the same bytes.
+    with matplotlib.rc_context({"svg.hashsalt": "rov-cosim", "svg.fonttype": "none"}):
+        figure.savefig(path, dpi=110, metadata={"Date": None} if path.suffix == ".svg" else {"Software": None})

@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 from ..components.interface import POSE, count
 from ..components.vehicle import N_THRUSTERS
 from ..ssp.wiring import Wiring
-from .assessment import AXES, SETTLED, axes, controller_of, disturbances, errors, measured, pose
+from .assessment import AXES, SETTLED, axes, controller_of, disturbances, errors, hold_begin, in_hold, measured, pose
 
-HOLD_DURATION = 60.0
-"""The last part of a run, in s, in which holding is scored."""
 OFFSET = {"x": 5e-3, "y": 5e-3, "z": 5e-3, "psi": np.radians(1.0)}
 """Mean error in hold, in m and rad, beyond which an axis has an offset; 5 mm is the arm's own error."""
 SWAY = SETTLED
@@ -46,7 +44,7 @@ class Score:
     wrong_force, wrong_moment : root mean square of the estimated less the true disturbance, in N over X, Y and Z, and
         in N m about the vertical: the part of theta that shows at rest; None if nothing is estimated, or the truth is
         not told.
-    reason : why the vehicle is lost, if it is.
+    lost_at, reason : since when in s, and why, the vehicle is lost, if it is.
     """
 
     verdict: Verdict
@@ -62,27 +60,32 @@ class Score:
     saturated: float | None = None
     wrong_force: float | None = None
     wrong_moment: float | None = None
+    lost_at: float | None = None
     reason: str = ""
 
+    def __str__(self) -> str:
+        since = "" if self.lost_at is None else f" at {self.lost_at:.4g} s"
+        return self.verdict + since + (f": {self.reason}" if self.reason else "")
 
-def score(results: NDArray[Any], wiring: Wiring) -> Score:
-    """Return the score of a run's results."""
-    time, controller = results["time"], controller_of(wiring)
-    begin = time[-1] - HOLD_DURATION
-    held = results[time > begin]
+
+def score(results: NDArray[Any], wiring: Wiring, failure: str = "") -> Score:
+    """Return the score of a run's results, of at least one row; `failure` is why it ended early, if it did."""
+    if failure:
+        return Score("lost", lost_at=float(results["time"][-1]), reason=failure)
+    controller, held = controller_of(wiring), results[in_hold(results)]
     error = errors(held, wiring)[:, [POSE.index(axis) for axis in AXES]]
     mean, rms, worst = error.mean(axis=0), np.sqrt((error**2).mean(axis=0)), np.abs(error).max(axis=0)
     tilt = float(np.abs(pose(held, wiring)[3:5]).max())
-    told = disturbances(held, wiring)
-    if not any(estimated.any() for estimated, _ in told.values()):
-        told = {}  # a PD controller's zero is no estimate
-    wrong = {axis: np.sqrt(np.mean((estimated - true) ** 2)) for axis, (estimated, true) in told.items()}
+    estimates = disturbances(held, wiring)
+    if not any(estimated.any() for estimated, _ in estimates.values()):
+        estimates = {}  # a PD controller's zero is no estimate
+    wrong = {axis: np.sqrt(np.mean((estimated - true) ** 2)) for axis, (estimated, true) in estimates.items()}
     settling = [axis.settling for axis in axes(results, wiring)]
     settled = max((np.inf if s is None else s) for s in settling)
-    reason = _loss(worst, tilt, measured(results, wiring)[time > time[-1] - UNMEASURED])
+    lost_at, reason = _loss(results, wiring)
     return Score(
         verdict="lost" if reason else _verdict(mean, error.std(axis=0)),
-        settling=settled if settled <= begin else None,
+        settling=settled if settled <= hold_begin(results) else None,
         mean=float(np.abs(mean[:3]).max()),
         rms=float(rms[:3].max()),
         worst=float(worst[:3].max()),
@@ -94,20 +97,44 @@ def score(results: NDArray[Any], wiring: Wiring) -> Score:
         saturated=_mean(held, f"{controller}.saturated"),
         wrong_force=float(np.sqrt(sum(wrong[axis] ** 2 for axis in "XYZ"))) if wrong else None,
         wrong_moment=float(wrong["N"]) if wrong else None,
+        lost_at=lost_at,
         reason=reason,
     )
 
 
-def _loss(worst: NDArray[Any], tilt: float, measured: NDArray[Any]) -> str:
-    """Return why the vehicle is lost, or nothing."""
-    if not measured.any():
-        return "the arm does not measure at the end"
-    if not np.isfinite(worst).all():
-        return "the pose is not finite"
-    far = [name for name, value in zip(AXES, worst, strict=True) if value > LOST[name]]
-    if far:
-        return f"{', '.join(far)} beyond {LOST['x']:g} m or {np.degrees(LOST['psi']):g} deg"
-    return f"tilted beyond {np.degrees(CAPSIZED):g} deg" if tilt > CAPSIZED else ""
+def _loss(results: NDArray[Any], wiring: Wiring) -> tuple[float | None, str]:
+    """Return since when and why the vehicle is lost; None and nothing if it is not."""
+    time, held = results["time"], in_hold(results)
+    blind = ~measured(results, wiring)
+    if blind[time > time[-1] - UNMEASURED].all():
+        reason = "the arm is out of reach" if _detached(results, wiring) else "the arm does not measure at the end"
+        return float(time[_stretch_begin(blind, len(time) - 1)]), reason
+    error = np.abs(errors(results, wiring)[:, [POSE.index(axis) for axis in AXES]])
+    tilted = np.abs(pose(results, wiring)[3:5]).max(axis=0) > CAPSIZED
+    far = error > [LOST[axis] for axis in AXES]
+    causes = {
+        "the pose is not finite": ~np.isfinite(error).all(axis=1),
+        f"{', '.join(name for i, name in enumerate(AXES) if far[held, i].any())} beyond "
+        f"{LOST['x']:g} m or {np.degrees(LOST['psi']):g} deg": far.any(axis=1),
+        f"tilted beyond {np.degrees(CAPSIZED):g} deg": tilted,
+    }
+    for reason, lost in causes.items():
+        if lost[held].any():
+            return float(time[_stretch_begin(lost, np.flatnonzero(lost & held)[0])]), reason
+    return None, ""
+
+
+def _detached(results: NDArray[Any], wiring: Wiring) -> bool:
+    """Tell whether what measures has an output ``attached`` that is false at the end."""
+    link = wiring.link_to(f"{controller_of(wiring)}.eta_m_valid")
+    name = f"{link.source.element}.attached" if link else ""
+    return name in (results.dtype.names or ()) and not results[name][-1]
+
+
+def _stretch_begin(true: NDArray[np.bool_], end: int) -> int:
+    """Return the first row of the unbroken stretch of true rows that the row `end` is in."""
+    before = np.flatnonzero(~true[:end])
+    return int(before[-1]) + 1 if before.size else 0
 
 
 def _verdict(mean: NDArray[Any], sway: NDArray[Any]) -> Verdict:

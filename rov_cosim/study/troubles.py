@@ -1,15 +1,15 @@
-"""What goes wrong at sea: each trouble is a set of start values for the loop of `fleet`, scaled to its vehicle.
+"""What goes wrong at sea: each trouble is a set of start values for a loop, scaled to its vehicle.
 
 Forces are given by the offset that a PD controller would have under them, thrusts by what holding still takes.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ..components.interface import XYZ
 from ..components.passive_arm.equations import LONGEST_DELAY
 from ..ssp.wiring import Value, Wiring
-from .nominal import DoesNotApplyError, Ship
+from .nominal import DoesNotApplyError, Nominal
 
 ONSET = 60.0
 """When a trouble that comes during a run comes, in s: every vehicle is at its place by then."""
@@ -26,68 +26,70 @@ _COMES_BY = {
 
 @dataclass(frozen=True)
 class Trouble:
-    """A trouble: what it is, and the start values ``element.variable`` that bring it about in the loop of a ship."""
+    """A trouble: what it is, and the start values ``element.variable`` that bring it about in a loop."""
 
     name: str
     description: str
-    values: Callable[[Ship], Values]
+    values: Callable[[Nominal], Values]
 
     def applied(self, wiring: Wiring) -> Wiring:
-        """Return the loop with the trouble in it, and in its name.
+        """Return the loop with the trouble in it.
 
         Raises
         ------
         DoesNotApplyError : the loop has no variable for it, or it would change nothing.
         """
-        ship = Ship(wiring)
-        values = self.values(ship)
+        loop = Nominal(wiring)
+        values = self.values(loop)
         for end in values:
-            ship.value(end)
+            loop.value(end)
             for cause, output in _COMES_BY.items():
                 if end.startswith(cause):
-                    ship.needs_receiver(output)
-        if values and all(ship.value(end) == value for end, value in values.items()):
+                    loop.needs_receiver(output)
+        if values and all(loop.value(end) == value for end, value in values.items()):
             raise DoesNotApplyError(wiring.name, ["The trouble changes nothing here."])
-        return replace(wiring.with_values(values), name=f"{wiring.name}_{self.name}")
+        return wiring.with_values(values)
 
 
-def _fixed(**elements: Values) -> Callable[[Ship], Values]:
-    """Return values that are the same for every ship, by element."""
+def _fixed(**elements: Values) -> Callable[[Nominal], Values]:
+    """Return values that are the same for every loop, by element."""
     values = {f"{element}.{name}": value for element, group in elements.items() for name, value in group.items()}
-    return lambda ship: values
+    return lambda loop: values
 
 
-def _pull(ship: Ship, number: int, offset: tuple[float, float, float], begin: float, duration: float = 0.0) -> Values:
+def _pull(
+    loop: Nominal, number: int, offset: tuple[float, float, float], begin: float, duration: float = 0.0
+) -> Values:
     """Return a pull of the umbilical against which a PD controller has this offset in m."""
-    force = {f"F.{axis}": f for axis, f in zip(XYZ, ship.force(*offset).tolist(), strict=True)}
+    force = {f"F.{axis}": f for axis, f in zip(XYZ, loop.force(*offset).tolist(), strict=True)}
     pull = {**force, "begin": begin, "duration": duration}
     return {f"scenario.pull[{number}].{name}": value for name, value in pull.items()}
 
 
-def _dragged_away(ship: Ship, duration: float) -> Values:
+def _dragged_away(loop: Nominal, duration: float) -> Values:
     """Return a pull away from the structure that lasts, and then one as long back to it."""
-    x, y, z = (1.5 * ship.away()).tolist()
+    x, y, z = (1.5 * loop.away()).tolist()
     back = ONSET + duration
-    return {**_pull(ship, 1, (x, y, z), ONSET, duration), **_pull(ship, 2, (-x, -y, -z), back, duration)}
+    return {**_pull(loop, 1, (x, y, z), ONSET, duration), **_pull(loop, 2, (-x, -y, -z), back, duration)}
 
 
-def _scaled(*ends: str, by: float) -> Callable[[Ship], Values]:
+def _scaled(*ends: str, by: float) -> Callable[[Nominal], Values]:
     """Return start values multiplied by a factor."""
-    return lambda ship: {end: by * ship.value(end) for end in ends}
+    return lambda loop: {end: by * loop.value(end) for end in ends}
 
 
-def _thrust_max(share: float) -> Callable[[Ship], Values]:
+def _thrust_max(share: float) -> Callable[[Nominal], Values]:
     """Return the thrusters' limit as a share of what holding still takes."""
     ends = ("rov_plant.thrust_max", "controller.thrust_max")
-    return lambda ship: dict.fromkeys(ends, share * ship.thrust_at_rest())
+    return lambda loop: dict.fromkeys(ends, share * loop.thrust_at_rest())
 
 
-def _where_tilted(values: Callable[[Ship], Values]) -> Callable[[Ship], Values]:
+def _where_tilted(values: Callable[[Nominal], Values]) -> Callable[[Nominal], Values]:
     """Return values for vehicles that roll and pitch; for others they would be of no effect."""
 
-    def checked(ship: Ship) -> Values:
-        ship.needs_free_tilt()
-        return values(ship)
+    def checked(loop: Nominal) -> Values:
+        loop.needs_free_tilt()
+        return values(loop)
 
     return checked
 
@@ -110,7 +112,7 @@ _LIST = (
     Trouble(
         "paper_gains",
         "the gains of the paper's vehicle, not scaled",
-        lambda ship: ship.declared("controller", "K_", "Gamma."),
+        lambda loop: loop.declared("controller", "K_", "Gamma."),
     ),
     Trouble(
         "six_dof",
@@ -122,12 +124,12 @@ _LIST = (
     Trouble(
         "arm_pull",
         "the arm pulls like a spring of 0.3 K_P towards the structure",
-        lambda ship: {"passive_arm.stiffness": 0.3 * ship.value("controller.K_P.x")},
+        lambda loop: {"passive_arm.stiffness": 0.3 * loop.value("controller.K_P.x")},
     ),
     Trouble(
         "umbilical_steps",
         "pulls worth 0.1 m of PD offset from 60 s on, other ones from 90 s on",
-        lambda ship: {**_pull(ship, 1, (0.1, -0.1, 0.1), ONSET), **_pull(ship, 2, (-0.2, 0.1, -0.1), ONSET + 30.0)},
+        lambda loop: {**_pull(loop, 1, (0.1, -0.1, 0.1), ONSET), **_pull(loop, 2, (-0.2, 0.1, -0.1), ONSET + 30.0)},
     ),
     Trouble("thruster_lag", "time constant 0.3 s", _fixed(rov_plant={"thruster_time_constant": 0.3})),
     Trouble("thruster_lag_long", "time constant 1 s", _fixed(rov_plant={"thruster_time_constant": 1.0})),
@@ -136,7 +138,7 @@ _LIST = (
     Trouble(
         "dead_band",
         "no force below half the largest that holding still takes",
-        lambda ship: {"rov_plant.thruster_dead_band": 0.5 * ship.thrust_at_rest()},
+        lambda loop: {"rov_plant.thruster_dead_band": 0.5 * loop.thrust_at_rest()},
     ),
     Trouble("thruster_lost", "thruster 1 is dead, unknown", _fixed(rov_plant={"thruster[1].enabled": False})),
     Trouble(
@@ -167,13 +169,13 @@ _LIST = (
     Trouble(
         "wrong_r_C",
         "the controller takes the umbilical to be at the bow",
-        lambda ship: {"controller.r_C.x": ship.value("controller.r_A.x")},
+        lambda loop: {"controller.r_C.x": loop.value("controller.r_A.x")},
     ),
     Trouble(
         "wrong_r_B",
         "the controller takes the buoyancy to be a tenth of r_A ahead of its place",
         _where_tilted(
-            lambda ship: {"controller.r_B.x": ship.value("rov_plant.r_B.x") + 0.1 * ship.value("rov_plant.r_A.x")}
+            lambda loop: {"controller.r_B.x": loop.value("rov_plant.r_B.x") + 0.1 * loop.value("rov_plant.r_A.x")}
         ),
     ),
     Trouble("noise_2", "10 mm of noise", _scaled("passive_arm.noise_std", by=2.0)),
@@ -183,8 +185,8 @@ _LIST = (
     Trouble("dropout", "one sample in ten lost", _fixed(passive_arm={"dropout": 0.1})),
     Trouble("dropout_half", "half the samples lost", _fixed(passive_arm={"dropout": 0.5})),
     *(_delay(samples) for samples in range(1, LONGEST_DELAY + 1)),
-    Trouble("out_of_reach", "dragged out of the arm's reach for 3 s, and back", lambda ship: _dragged_away(ship, 3.0)),
-    Trouble("far_out_of_reach", "the same with pulls of 6 s", lambda ship: _dragged_away(ship, 6.0)),
+    Trouble("out_of_reach", "dragged out of the arm's reach for 3 s, and back", lambda loop: _dragged_away(loop, 3.0)),
+    Trouble("far_out_of_reach", "the same with pulls of 6 s", lambda loop: _dragged_away(loop, 6.0)),
     Trouble(
         "set_point_step",
         "0.3, -0.2, 0.2 m and 90 deg at once",

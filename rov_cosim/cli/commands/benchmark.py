@@ -5,7 +5,7 @@ from tempfile import TemporaryDirectory
 import click
 
 from ...exporters.build import EXPORTS
-from ...study import session
+from ...study import archives
 from ...systems.catalogue import SYSTEMS
 
 
@@ -14,7 +14,7 @@ from ...systems.catalogue import SYSTEMS
 def command(system: str) -> None:
     """Measure what a run costs in both exports, and the floor: steps, loops, whole commands."""
     for export in EXPORTS:
-        session.build(SYSTEMS[system], export=export)
+        archives.build(SYSTEMS[system], export=export)
     from ...benchmark import report as benchmarking
 
     with TemporaryDirectory() as folder:

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import click
 
-from ...exporters.build import components
+from ...exporters.build import components, project_root
 from ...exporters.zig import TARGETS, host_platform
-from ...study import session
+from ...study import archives
 
 
 @click.group()
@@ -19,10 +19,10 @@ def _kit(name: str) -> click.Command:
     @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for the kit.")
     @click.option("--this-platform", is_flag=True, help="A binary for this machine alone, which is sooner built.")
     def write(output: Path | None, this_platform: bool) -> None:
-        session.build()
+        archives.build()
         from ...handover import kit
 
-        folder = output or session.project_root() / "build" / "handover"
+        folder = output or project_root() / "build" / "handover"
         for path in kit.write(components()[name], folder, [host_platform()] if this_platform else TARGETS):
             click.echo(path)
 
@@ -54,7 +54,7 @@ def check(fmu: Path, component: str | None, map_: Path | None) -> None:
 @command.command()
 def importers() -> None:
     """Run the controller and a system in the tools of others, and write docs/IMPORTERS.md."""
-    session.build()
+    archives.build()
     from ...importers.page import write_page
 
     click.echo(write_page())

@@ -9,9 +9,11 @@ from typing import Any
 import click
 from tqdm import tqdm
 
-from ...ssp import swap_map
-from ...study import session
-from ...study.campaign import Matrix, MatrixError, run_all, wired
+from ...study.campaign import Campaign, CampaignError, Cell, run_all, wired
+from ...study.changes import Changes
+from ...study.counted_warnings import counted
+from ...study.runs import results_folder
+from ...study.score_table import write_scores
 from ...study.scores import VERDICTS
 from ...study.troubles import TROUBLES
 from ...systems.fleet import CONTROLLERS, VEHICLES
@@ -29,41 +31,38 @@ def _some(name: str, known: Iterable[str]) -> Callable[[Callable[..., None]], Ca
 @_some("vehicle", VEHICLES)
 @_some("controller", CONTROLLERS)
 @_some("trouble", TROUBLES)
-@options.set_
-@options.swap
-@options.map_
+@options.changes_but_troubles
 @click.option(
     "--jobs", type=click.IntRange(min=1), default=os.cpu_count() or 1, help="Processes; one a core if left out."
 )
 @click.option(
     "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV, Markdown and picture."
 )
+@options.fail_on
 def command(
     vehicles: tuple[str, ...],
     controllers: tuple[str, ...],
     troubles: tuple[str, ...],
-    values: dict[str, str],
-    swaps: dict[str, Path],
-    map_: Path | None,
+    changes: Changes,
     jobs: int,
     output: Path | None,
+    fail_on: str | None,
 ) -> None:
     """Run every vehicle with every controller in every trouble, and tell which held it."""
-    folder = output or session.results_folder()
+    folder = (output or results_folder()).absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    maps = swap_map.read(map_) if map_ else {}
     chosen = vehicles or tuple(VEHICLES), controllers or CONTROLLERS
-    changes = [f"{element} is {fmu.name}" for element, fmu in swaps.items()]
-    note = "; ".join([*changes, *(f"{name} = {value}" for name, value in values.items())])
+    swapped = [f"{element} is {fmu.name}" for element, fmu in changes.swaps.items()]
+    note = "; ".join([*swapped, *(f"{name} = {value}" for name, value in changes.values.items())])
     # A part must not take the place of the whole.
     stem = "matrix_part" if note or vehicles or controllers or troubles else "matrix"
-    with wired(session.project_root(), *chosen, swaps, maps, session.warn) as loops:
-        changed = {pair: wiring.with_values(values) for pair, wiring in loops.items()}
-        try:
-            found = run_all(changed, troubles or tuple(TROUBLES), jobs, _progress)
-        except MatrixError as error:
-            _write(error.matrix, folder / "matrix_part", note)
-            raise MatrixError(f"{error} The results so far are in {folder}.", error.matrix) from error
+    with counted() as warn:
+        loops = wired(*chosen, changes, warn)
+    try:
+        found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress)
+    except CampaignError as error:
+        _write(error.campaign, folder / "matrix_part", note)
+        raise CampaignError(f"{error} The results so far are in {folder}.", error.campaign) from error
     if not found.scores:
         raise click.ClickException(f"No trouble applies: {' '.join(dict.fromkeys(found.left_out.values()))}")
     _write(found, folder / stem, note)
@@ -72,16 +71,19 @@ def command(
         click.echo(f"{controller:12} {', '.join(f'{counts[verdict]} {verdict}' for verdict in VERDICTS)}")
     if found.left_out:
         click.echo(f"{len(found.left_out)} more do not apply; {stem}.md tells why.")
+    if fail_on:
+        options.gate({", ".join(cell): score for cell, score in found.scores.items()}, fail_on)
 
 
-def _write(found: Matrix, path: Path, note: str) -> None:
-    from ...study import campaign_tables as matrix_tables
+def _write(found: Campaign, path: Path, note: str) -> None:
+
+    from ...study import campaign_tables  # loads matplotlib, which takes a while
 
     if not found.scores:
         return
-    matrix_tables.write_csv(found, path.with_suffix(".csv"))
-    path.with_suffix(".md").write_text(matrix_tables.markdown(found, note), encoding="utf-8")
-    matrix_tables.draw_heat_map(found, path.with_suffix(".png"), note)
+    write_scores(found.scores, Cell._fields, path.with_suffix(".csv"))
+    path.with_suffix(".md").write_text(campaign_tables.markdown(found, note), encoding="utf-8")
+    campaign_tables.draw_heat_map(found, path.with_suffix(".png"), note)
     for suffix in (".csv", ".md", ".png"):
         click.echo(path.with_suffix(suffix))
 

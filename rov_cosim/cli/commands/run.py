@@ -1,13 +1,12 @@
 """`rov-cosim run`: a system, simulated."""
 
 from pathlib import Path
-from typing import Any
 
 import click
 
-from ...master.master import COUPLINGS
 from ...ssp.declaration import System
-from ...study import session
+from ...study.changes import Changes
+from ...study.runs import run
 from .. import options
 
 
@@ -17,10 +16,36 @@ from .. import options
 @options.coupling
 @options.stop_time
 @options.changes
-@click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV and plot.")
+@click.option("--name", default="", help="Of the files; made of the system and all that differs if left out.")
+@click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV and picture.")
+@click.option(
+    "--archive",
+    type=click.Path(dir_okay=False, path_type=Path),
+    callback=options.suffix(".ssp"),
+    help="Write what is run as an SSP archive.",
+)
+@options.fail_on
 def command(
-    system: System | Path, export: str, coupling: str, stop_time: float | None, output: Path | None, **changes: Any
+    system: System | Path,
+    export: str,
+    coupling: str,
+    stop_time: float | None,
+    changes: Changes,
+    name: str,
+    output: Path | None,
+    archive: Path | None,
+    fail_on: str | None,
 ) -> None:
-    """Run SYSTEM, a name from `list` or an .ssp file: CSV, plot and a table of results."""
-    how = COUPLINGS[coupling]
-    session.run(system, export=export, coupling=how, stop_time=stop_time, folder=output, **changes)
+    """Run SYSTEM, a name from `list` or an .ssp file: a table and a verdict, CSV and picture."""
+    done = run(
+        system,
+        changes,
+        export=export,
+        coupling=coupling,
+        stop_time=stop_time,
+        folder=output,
+        name=name,
+        archive=archive,
+    )
+    if fail_on:
+        options.gate({done.name: done.score}, fail_on)

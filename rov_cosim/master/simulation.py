@@ -1,0 +1,132 @@
+"""The co-simulation master: from a wiring to a table of all outputs."""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from numpy.typing import NDArray
+
+from ..errors import UserError
+from ..ssp.wiring import Wiring, WiringError
+from .exchange import Coupling, Exchange, jacobi
+from .interrupts import deferred
+from .slave import Slave
+from .unpacked import Folders, unpacked
+
+Progress = Callable[[Iterable[int]], Iterable[int]]
+
+
+class SimulationError(UserError):
+    """An FMU failed, or the user stopped the run; `results` holds what was computed until then."""
+
+    def __init__(self, message: str, results: NDArray[Any]) -> None:
+        super().__init__(message)
+        self.results = results
+
+
+def simulate(
+    wiring: Wiring,
+    coupling: Coupling = jacobi,
+    stop_time: float | None = None,
+    progress: Progress = lambda steps: steps,
+    warn: Callable[[str], None] = lambda message: None,
+    folders: Folders | None = None,
+) -> NDArray[Any]:
+    """Run a system from its start time and return the outputs as a structured array.
+
+    Parameters
+    ----------
+    wiring : the system.
+    coupling : how values are handed on within a step, `jacobi` or `gauss_seidel`.
+    stop_time : end of the run in s; the system's own if left out.
+    progress : wraps the iterable of steps, for example ``tqdm``.
+    warn : called with each warning of an FMU.
+    folders : where its FMUs lie `unpacked`, for many runs of them; they are unpacked for this run if left out.
+
+    Returns
+    -------
+    Field ``time`` in s and one field for each output, ``element.variable``; a row for the start and each step's end.
+
+    Raises
+    ------
+    SimulationError : an FMU failed, or the run was interrupted; it holds the results so far.
+    WiringError : the system cannot run, or not to this stop time.
+    """
+    wiring = wiring if stop_time is None else replace(wiring, stop_time=stop_time)
+    if problems := wiring.problems():
+        raise WiringError(wiring.name, problems)
+    n_steps = int(np.floor((wiring.stop_time - wiring.start_time) / wiring.step_size * (1 + 1e-9)))
+    end = wiring.start_time + n_steps * wiring.step_size
+    if wiring.stop_time - end > 1e-6 * wiring.step_size:
+        warn(f"The run ends at {end:.9g} s, the last whole step before {wiring.stop_time:.9g} s.")
+    rows = np.empty((n_steps + 1, 0))
+    done = 0
+    fields: list[tuple[str, type]] = []
+    with instantiated(wiring, warn, folders) as slaves, deferred() as interrupted:
+        try:
+            for slave in slaves:
+                slave.prepare(wiring)
+            exchange = Exchange(slaves, wiring.links)
+            fields = [field for slave in slaves for field in slave.fields]
+            rows = np.empty((n_steps + 1, len(fields)))
+            initialize(exchange, wiring.start_time)
+            rows[0], done = exchange.values(), 1
+            for n in progress(range(n_steps)):
+                if interrupted:
+                    raise KeyboardInterrupt
+                coupling(exchange, wiring.start_time + n * wiring.step_size, wiring.step_size)
+                rows[n + 1], done = exchange.values(), n + 2
+            for slave in slaves:
+                slave.fmu.terminate()
+        except FMICallException as error:
+            raise SimulationError(_explain(slaves, error), _table(rows[:done], fields, wiring)) from error
+        except KeyboardInterrupt:
+            time = wiring.start_time + max(0, done - 1) * wiring.step_size
+            raise SimulationError(f"Interrupted at {time:.6g} s.", _table(rows[:done], fields, wiring)) from None
+    return _table(rows, fields, wiring)
+
+
+def initialize(exchange: Exchange, start_time: float) -> None:
+    """Take the slaves through their initialization, with the values that the links hand on."""
+    for slave in exchange.slaves:
+        slave.fmu.setupExperiment(startTime=start_time)
+        slave.fmu.enterInitializationMode()
+    if not exchange.propagate():
+        raise SimulationError("The initial values do not settle: they depend on each other in a loop.", np.empty(0))
+    for slave in exchange.slaves:
+        slave.fmu.exitInitializationMode()
+    for slave in exchange.slaves:
+        slave.read()
+
+
+@contextmanager
+def instantiated(wiring: Wiring, warn: Callable[[str], None], folders: Folders | None = None) -> Iterator[list[Slave]]:
+    """Yield the slaves of a system, instantiated, and free them afterwards; `folders` as in `simulate`."""
+    slaves: list[Slave] = []
+    with ExitStack() as stack:
+        folders = stack.enter_context(unpacked(wiring)) if folders is None else folders
+        for element in wiring.elements:
+            try:
+                slave = Slave(element, folders[element.name, element.fmu], warn)
+            except Exception as error:  # FMPy raises plain exceptions when a library does not load
+                raise SimulationError(f"{element.name}: the FMU cannot be loaded: {error}", np.empty(0)) from error
+            stack.callback(slave.fmu.freeInstance)
+            slaves.append(slave)
+        yield slaves
+
+
+def _explain(slaves: list[Slave], error: FMICallException) -> str:
+    """Return what the failing FMU logged, or else the call that failed."""
+    messages = [f"{slave.element.name}: {text}" for slave in slaves for text in dict.fromkeys(slave.errors)]
+    return " ".join(messages) or str(error)
+
+
+def _table(rows: NDArray[np.float64], fields: list[tuple[str, type]], wiring: Wiring) -> NDArray[Any]:
+    table = np.empty(len(rows), dtype=[("time", np.float64), *fields])
+    table["time"] = wiring.start_time + np.arange(len(rows)) * wiring.step_size
+    for column, (name, _) in enumerate(fields):
+        table[name] = rows[:, column]
+    return table

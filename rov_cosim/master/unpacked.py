@@ -1,0 +1,48 @@
+"""FMUs unpacked where their libraries can be loaded."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from fmpy import extract
+
+from ..ssp.wiring import Element, Wiring, WiringError
+
+Folders = Mapping[tuple[str, Path], Path]
+"""Where an FMU lies unpacked, by the element's name and the archive: two elements share no library's memory."""
+
+
+@contextmanager
+def unpacked(*wirings: Wiring) -> Iterator[Folders]:
+    """Yield the folders of all FMUs of some systems; they last until the context ends.
+
+    Raises
+    ------
+    WiringError : an FMU cannot be unpacked, or not be run from there.
+    """
+    folders: dict[tuple[str, Path], Path] = {}
+    with TemporaryDirectory(prefix="rov_cosim_", ignore_cleanup_errors=True) as root:
+        for wiring in wirings:
+            for element in wiring.elements:
+                key = (element.name, element.fmu)
+                if key not in folders:
+                    folders[key] = unpack(element, Path(root) / str(len(folders)))
+        yield folders
+
+
+def unpack(element: Element, folder: Path) -> Path:
+    """Unpack the FMU of an element into a folder, and return the folder; errors as in `unpacked`."""
+    try:
+        extract(str(element.fmu), str(folder))
+    except Exception as error:  # a damaged zip raises nearly anything
+        problem = f"{element.fmu} cannot be unpacked: {' '.join(str(error).split())}"
+        raise WiringError(element.name, [problem]) from None
+    where = str(folder)
+    if (folder / "resources" / "slavemodule.txt").is_file() and (not where.isascii() or set(where) & set("#%")):
+        problem = (
+            f"pythonfmu cannot load {element.fmu.name} from the temporary folder {where}, "
+            "whose name is not ASCII or has # or %: set TMPDIR to another."
+        )
+        raise WiringError(element.name, [problem])
+    return folder

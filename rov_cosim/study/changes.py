@@ -1,0 +1,52 @@
+"""What makes a run differ from the plain system: other FMUs, other values, troubles."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
+from pathlib import Path
+
+from ..ssp.swap_map import SwapMap
+from ..ssp.swapping import with_swaps
+from ..ssp.wiring import Value, Wiring
+from .troubles import TROUBLES
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Changes of a system, applied in this order.
+
+    Parameters
+    ----------
+    swaps : FMU files that take the place of elements, by element.
+    maps : how, by element; an element needs none whose FMU has the same names.
+    values : other start values, by ``element.variable``, as values or literals.
+    troubles : names of `TROUBLES` that come over it then, scaled by the values that hold by then.
+    """
+
+    swaps: Mapping[str, Path] = field(default_factory=dict)
+    maps: Mapping[str, SwapMap] = field(default_factory=dict)
+    values: Mapping[str, Value | str] = field(default_factory=dict)
+    troubles: tuple[str, ...] = ()
+
+    def applied(self, wiring: Wiring, warn: Callable[[str], None] = lambda message: None) -> Wiring:
+        """Return a system with the changes in it, and in its name.
+
+        Raises
+        ------
+        WiringError : a swap, the map or a value is wrong, or a trouble does not apply to the system.
+        """
+        changed = with_swaps(wiring, self.swaps, self.maps, warn).with_values(self.values)
+        for name in self.troubles:
+            changed = TROUBLES[name].applied(changed)
+        return replace(changed, name="+".join([wiring.name, *self.words()]))
+
+    def words(self) -> list[str]:
+        """Return a word for each change, the same for the same change alone."""
+        swaps = [f"{name}={fmu.stem}-{self._digest(name)}" for name, fmu in self.swaps.items()]
+        return [*swaps, *(f"{end}={value}" for end, value in self.values.items()), *self.troubles]
+
+    def _digest(self, element: str) -> str:
+        """Return what tells FMUs of one file name, and their maps, apart."""
+        fmu = self.swaps[element]
+        content = fmu.read_bytes() if fmu.is_file() else b""
+        return sha256(content + repr(self.maps.get(element)).encode()).hexdigest()[:6]

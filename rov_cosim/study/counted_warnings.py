@@ -1,0 +1,29 @@
+"""Warnings on the screen: the first of its kind at once, how many more of them at the end."""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import click
+
+_NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
+
+
+@contextmanager
+def counted() -> Iterator[Callable[[str], None]]:
+    """Yield what shows a warning; those that differ in numbers alone are of one kind."""
+    seen: Counter[str] = Counter()
+
+    def warn(message: str) -> None:
+        kind = _NUMBER.sub("#", message)
+        seen[kind] += 1
+        if seen[kind] == 1:
+            click.echo(f"warning: {message}", err=True)
+
+    try:
+        yield warn
+    finally:
+        for kind, times in seen.items():
+            if times > 1:
+                click.echo(f"warning: {times - 1} more of the kind: {kind}", err=True)

@@ -1,0 +1,185 @@
+"""From a system to results on disk: build what changed, wire, change, simulate; table, CSV and picture."""
+
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import click
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from ..exporters.build import project_root
+from ..master.exchange import COUPLINGS
+from ..master.simulation import SimulationError, simulate
+from ..ssp import reader
+from ..ssp.declaration import System, wire
+from ..ssp.wiring import Wiring
+from ..ssp.writer import write
+from .archives import built, ssp_path
+from .assessment import assessable, report
+from .changes import Changes
+from .counted_warnings import counted
+from .csv_table import write_csv
+from .scores import Score, score
+
+_LONGEST_NAME = 120
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run: its name, the system that ran, its results, and why it ended early if it did."""
+
+    name: str
+    wiring: Wiring
+    results: NDArray[Any]
+    failure: str = ""
+
+    @property
+    def score(self) -> Score | None:
+        """How well it held the vehicle; None if there is no vehicle in it."""
+        if not len(self.results):
+            return Score("lost", reason=self.failure)
+        if not assessable(self.results, self.wiring):
+            return None
+        return score(self.results, self.wiring, self.failure)
+
+
+@contextmanager
+def opened(
+    system: System | Path,
+    changes: Changes | None = None,
+    export: str = "native",
+    warn: Callable[[str], None] = lambda message: None,
+) -> Iterator[Wiring]:
+    """Yield the wiring of a system, its FMUs built in an export, or of any SSP archive, with changes in it.
+
+    Raises
+    ------
+    BuildError : an FMU cannot be built.
+    WiringError : the system or a change is wrong.
+    """
+    changes = changes or Changes()
+    if isinstance(system, System):
+        yield changes.applied(wire(system, built(system, export)), warn)
+        return
+    with reader.opened(system) as wiring:
+        yield changes.applied(replace(wiring, name=_archive_name(system, wiring)), warn)
+
+
+def simulated(
+    wiring: Wiring,
+    coupling: str = "jacobi",
+    stop_time: float | None = None,
+    warn: Callable[[str], None] = lambda message: None,
+) -> Run:
+    """Return the run of a system; one that fails, or is interrupted, has the results so far.
+
+    Raises
+    ------
+    WiringError : the system cannot run, or not to this stop time.
+    """
+    options = [] if coupling == "jacobi" else [coupling]
+    options += [] if stop_time is None else [f"{stop_time:g}s"]
+    name = file_name("+".join([wiring.name, *options]))
+    try:
+        return Run(name, wiring, simulate(wiring, COUPLINGS[coupling], stop_time, progress=_progress, warn=warn))
+    except SimulationError as error:
+        return Run(name, wiring, error.results, str(error))
+
+
+def run(
+    system: System | Path,
+    changes: Changes | None = None,
+    *,
+    export: str = "native",
+    coupling: str = "jacobi",
+    stop_time: float | None = None,
+    folder: Path | None = None,
+    name: str = "",
+    archive: Path | None = None,
+) -> Run:
+    """Simulate a system, print a table and a verdict, write NAME.csv and NAME.png; return the run.
+
+    Parameters
+    ----------
+    system : a system, or the path of an SSP archive.
+    changes : what differs from it.
+    export : "native" or "pythonfmu", of a system's FMUs.
+    coupling : "jacobi" or "gauss-seidel".
+    stop_time : end in s; the system's own if left out.
+    folder : where the files go; build/results if left out.
+    name : of the files; made of the system's name and all that differs if left out.
+    archive : where to write what is run as an SSP archive.
+
+    Raises
+    ------
+    BuildError : an FMU cannot be built.
+    WiringError : the system or a change is wrong.
+    SimulationError : an FMU failed or the run was interrupted; the results so far are in the CSV.
+    """
+    folder = (folder or results_folder()).absolute()  # an FMU may change the working directory
+    folder.mkdir(parents=True, exist_ok=True)
+    with counted() as warn, opened(system, changes, export, warn) as wiring:
+        if archive:
+            write(wiring, archive, warn=warn)
+        done = simulated(wiring, coupling, stop_time, warn)
+    default = done.name if export == "native" else f"{done.name}+{export}"
+    done = replace(done, name=file_name(name or default))
+    if not done.failure:
+        click.echo(_table(done))
+    csv = folder / f"{done.name}.csv"
+    if len(done.results):
+        write_csv(csv, done.results)
+    if done.failure:
+        _fail(done, csv)
+    click.echo(f"\n{csv}")
+    if done.score:
+        from .plots import plot_run  # loads matplotlib, which takes longer than the run
+
+        picture = folder / f"{done.name}.png"
+        plot_run(done.results, done.wiring, done.name, picture)
+        click.echo(picture)
+    return done
+
+
+def results_folder() -> Path:
+    """Return where results are written unless the user says otherwise."""
+    return project_root() / "build" / "results"
+
+
+def file_name(name: str) -> str:
+    """Return a name that any file system takes: shortened, by a digest of the whole, where it is too long."""
+    plain = re.sub(r"[^A-Za-z0-9_.=+-]", "_", name)
+    if len(plain) <= _LONGEST_NAME:
+        return plain
+    return f"{plain[: _LONGEST_NAME - 9]}+{sha256(name.encode()).hexdigest()[:8]}"
+
+
+def _table(done: Run) -> str:
+    found = done.score
+    if found is None:
+        return "There is no vehicle with a pose eta in it, so nothing is assessed or drawn."
+    return f"{report(done.results, done.wiring)}\n\nverdict: {found}"
+
+
+def _fail(done: Run, csv: Path) -> None:
+    if not len(done.results):
+        raise SimulationError(done.failure, done.results)
+    if done.score:
+        click.echo(f"verdict: {done.score}")
+    raise SimulationError(f"{done.failure} The results so far are in {csv}.", done.results)
+
+
+def _archive_name(path: Path, wiring: Wiring) -> str:
+    """Return the name of an archive's system, with a digest unless it is where this project keeps the system's own."""
+    if path.resolve() == ssp_path(wiring.name).resolve():
+        return wiring.name
+    return f"{path.stem}-{sha256(path.read_bytes()).hexdigest()[:6]}"
+
+
+def _progress(steps: Any) -> Any:
+    return tqdm(steps, unit="step", leave=False, delay=1.0, disable=None)
