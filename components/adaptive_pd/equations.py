@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from .. import feedback
-from ..frames import jacobian, jacobian_inverse
-from ..vehicle import disturbance_map, restoring
+from ..frames import jacobian_inverse
+from ..vehicle import disturbance_map
 
 
 def sample(
@@ -23,12 +23,10 @@ def sample(
 ) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
     """Return state and outputs after one sample; no draws are needed."""
     eta, e, eta_dot, state = feedback.measured(x, u, p)
-    J = jacobian(eta)
     W = disturbance_map(eta, p.r_B, p.r_C, p.r_A)
 
     disturbance = W @ x.theta_hat
-    at_rest = J.T @ (-p.K_P * e) + restoring(eta, p.mass, p.g, p.r_G, p.r_B) - disturbance
-    tau = at_rest - J.T @ (p.K_D * eta_dot)
+    tau, at_rest = feedback.pd_law(eta, e, eta_dot, disturbance, p)
 
     epsilon = p.epsilon_0 / (1 + p.alpha * np.sqrt(np.sum(e**2)))
     s = feedback.where_delivered(jacobian_inverse(eta) @ (eta_dot + epsilon * e), at_rest, p)
