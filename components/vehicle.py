@@ -13,8 +13,11 @@ from .interface import XYZ, Requirement, Signal, count, vector
 
 N_THRUSTERS = 8
 THRUSTERS = count(N_THRUSTERS)
-THETA = ("dB", "F_C.x", "F_C.y", "F_C.z", "F_A.x", "F_A.y", "F_A.z")
-"""The unknown forces, in N: excess buoyancy at r_B, umbilical at r_C, arm at r_A; earth frame, on the vehicle."""
+FORCES = ("dB", "F_C.x", "F_C.y", "F_C.z", "F_A.x", "F_A.y", "F_A.z")
+"""The unknown forces in N: excess buoyancy at r_B, umbilical at r_C, arm at r_A; earth frame, on the vehicle.
+
+The paper calls their vector theta, which in code is the pitch angle alone; theta_hat is the paper's estimate of it.
+"""
 
 FOUR_DOF = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 1.0])
 """Selects surge, sway, heave and yaw: the paper's four degrees of freedom."""

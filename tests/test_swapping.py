@@ -11,7 +11,7 @@ from fmpy import extract, read_model_description
 from pythonfmu.builder import FmuBuilder
 
 from fmu import with_units
-from rov_cosim.components.vehicle import THETA
+from rov_cosim.components.vehicle import FORCES
 from rov_cosim.exporters import archive
 from rov_cosim.systems import session, ssp_reader, swap_map
 from rov_cosim.systems.assessment import axes, errors, report
@@ -32,7 +32,7 @@ STIFFNESS = {"x": 80.0, "y": 80.0, "z": 100.0}  # the controller's default
 HEADING = 0.5  # rad, z up
 EXACT = {
     **{f"rov_plant.push_{axis}": force for axis, force in PUSH.items()},
-    **{f"adaptive_pd.Gamma.{force}": 100.0 for force in THETA},  # without an arm's force yaw is slow: a short run
+    **{f"adaptive_pd.Gamma.{force}": 100.0 for force in FORCES},  # without an arm's force yaw is slow: a short run
     "passive_arm.noise_std": 0.0,
     "passive_arm.encoder_counts": 0,
 }

@@ -2,7 +2,8 @@
 
 M nu_r' + C(nu_r) nu_r + D(nu_r) nu_r + g_V(eta) = B f + W(eta) theta + arm and umbilical,    eta' = J(eta) nu
 
-with nu_r = nu - nu_c the velocity relative to a uniform current, and f the thruster forces after limits and lag.
+with nu_r = nu - nu_c the velocity relative to a uniform current, f the thruster forces after limits and lag, and theta
+the unknown forces, `vehicle.FORCES`.
 """
 
 from collections.abc import Mapping
@@ -36,7 +37,7 @@ def unknown_forces(eta: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
     """Return the body wrench, shape (6,), of excess buoyancy, umbilical and arm."""
     to_body = rotation(eta[3:6]).T
     further = wrench(p.r_C, to_body @ u.F_umbilical) + wrench(p.r_A, to_body @ u.F_arm)
-    return disturbance_map(eta, p.r_B, p.r_C, p.r_A) @ p.theta + further
+    return disturbance_map(eta, p.r_B, p.r_C, p.r_A) @ p.forces + further
 
 
 def resistance(nu_r: Any, M: Any, p: SimpleNamespace) -> Any:
