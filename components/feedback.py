@@ -51,10 +51,10 @@ def measured(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> tupl
 def pd_law(eta: Any, e: Any, eta_dot: Any, disturbance: Any, p: SimpleNamespace) -> tuple[Any, Any]:
     """Return the demanded wrench tau and its part at rest, without the damping term; body frame, each of shape (6,).
 
-    tau = J^T(eta) [-K_P e - K_D eta'] + g_V(eta) - disturbance            (Hoang & Kreuzer 2007, eq. 4)
+    tau = J^T(eta) [-K_P e - K_D eta'] + g_V(eta) - disturbance        (Hoang & Kreuzer 2007, eq. 4)
 
-    e and eta_dot are those of `measured`; disturbance, shape (6,), is the estimated body wrench on the vehicle. In the
-    paper it is -J^T(eta) Phi(eta) times the estimated forces.
+    e and eta_dot are those of `measured`; disturbance, shape (6,), is the estimated body wrench on the vehicle, in the
+    paper -J^T(eta) Phi(eta) times the estimated forces.
     """
     J = jacobian(eta)
     at_rest = J.T @ (-p.K_P * e) + restoring(eta, p.mass, p.g, p.r_G, p.r_B) - disturbance
@@ -82,7 +82,10 @@ def where_delivered(signal: Any, at_rest: Any, p: SimpleNamespace) -> Any:
 
 
 def allocate(tau: Any, p: SimpleNamespace) -> Any:
-    """Return the thruster forces, shape (8,), of least norm that yield the controlled rows of tau, shape (6,)."""
+    """Return the thruster forces u, shape (8,), of least norm that yield the controlled rows of tau, shape (6,).
+
+    u = B^T (B B^T)^-1 tau        (Hoang & Kreuzer 2007, eq. 4)
+    """
     B = thruster_wrenches(p)
     return B.T @ np.linalg.solve(_gram(p), tau)
 

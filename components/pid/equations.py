@@ -1,8 +1,6 @@
-"""A PID controller in the form of the adaptive PD controller of Hoang & Kreuzer 2007, eq. 4.
+"""A PID controller in the form of the adaptive PD controller of Hoang & Kreuzer 2007, eq. 4, which is in `feedback`.
 
-    tau = J^T(eta) [-K_P e - K_D eta' - z] + g_V(eta),        e = eta - eta_d
-    u   = B^T (B B^T)^-1 tau
-    z'  = K_I e
+    disturbance = J^T(eta) z,        z' = K_I e
 
 z is the integral part, in the earth frame. The gain stands inside the integral so that its change does not jump the
 thrust.

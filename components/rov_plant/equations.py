@@ -34,7 +34,7 @@ def inertia(p: SimpleNamespace) -> Any:
 
 
 def unknown_forces(eta: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
-    """Return the body wrench, shape (6,), of excess buoyancy, umbilical and arm."""
+    """Return the body wrench, shape (6,), of excess buoyancy, umbilical and arm (-d_V: Hoang & Kreuzer 2007, eq. 1)."""
     to_body = rotation(eta[3:6]).T
     further = wrench(p.r_C, to_body @ u.F_umbilical) + wrench(p.r_A, to_body @ u.F_arm)
     return disturbance_map(eta, p.r_B, p.r_C, p.r_A) @ p.forces + further
@@ -52,7 +52,10 @@ def disturbance(eta: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
 
 
 def rates(eta: Any, nu: Any, tau: Any, M: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
-    """Return [eta' nu'], shape (12,), under the thruster wrench tau, shape (6,), with M from `inertia`."""
+    """Return [eta' nu'], shape (12,), under the thruster wrench tau, shape (6,), with M from `inertia`.
+
+    This is Hoang & Kreuzer 2007, eq. 1, in a current, solved for nu'.
+    """
     current = rotation(eta[3:6]).T @ u.current
     nu_r = np.concatenate([nu[0:3] - current, nu[3:6]])
     current_rate = np.concatenate([-skew(nu[3:6]) @ current, np.zeros(3)])
