@@ -25,7 +25,7 @@ from .interface import (
     switch,
     vector,
 )
-from .vehicle import N_THRUSTERS, UNIT_DIRECTIONS, allocation_matrix, degrees_of_freedom, limited
+from .vehicle import N_THRUSTERS, UNIT_DIRECTIONS, allocation_matrix, degrees_of_freedom, limited, restoring
 
 NEGLIGIBLE = 1e-6
 """Part of the demanded wrench in N or N m that counts as met."""
@@ -46,6 +46,19 @@ def measured(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> tupl
     e = np.where(active, dof * pose_difference(eta, u.eta_d), 0.0)
     eta_dot = np.where(active, dof * velocity, 0.0)
     return eta, e, eta_dot, {"eta": eta, "filter_difference": filter_difference, "filter_ready": active}
+
+
+def pd_law(eta: Any, e: Any, eta_dot: Any, disturbance: Any, p: SimpleNamespace) -> tuple[Any, Any]:
+    """Return the demanded wrench tau and its part at rest, without the damping term; body frame, each of shape (6,).
+
+    tau = J^T(eta) [-K_P e - K_D eta'] + g_V(eta) - disturbance        (Hoang & Kreuzer 2007, eq. 4)
+
+    e and eta_dot are those of `measured`; disturbance, shape (6,), is the estimated body wrench on the vehicle, in the
+    paper -J^T(eta) Phi(eta) times the estimated forces.
+    """
+    J = jacobian(eta)
+    at_rest = J.T @ (-p.K_P * e) + restoring(eta, p.mass, p.g, p.r_G, p.r_B) - disturbance
+    return at_rest - J.T @ (p.K_D * eta_dot), at_rest
 
 
 def command(tau: Any, u: SimpleNamespace, p: SimpleNamespace) -> Mapping[str, Any]:
@@ -69,7 +82,10 @@ def where_delivered(signal: Any, at_rest: Any, p: SimpleNamespace) -> Any:
 
 
 def allocate(tau: Any, p: SimpleNamespace) -> Any:
-    """Return the thruster forces, shape (8,), of least norm that yield the controlled rows of tau, shape (6,)."""
+    """Return the thruster forces u, shape (8,), of least norm that yield the controlled rows of tau, shape (6,).
+
+    u = B^T (B B^T)^-1 tau        (Hoang & Kreuzer 2007, eq. 4)
+    """
     B = thruster_wrenches(p)
     return B.T @ np.linalg.solve(_gram(p), tau)
 

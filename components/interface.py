@@ -227,7 +227,7 @@ class Sampled(Component):
     sample : ``(x, u, p, w) -> ({state key: value}, {output key: value})``, w standard normal draws of shape (draws,).
     period : key of the parameter with the time between samples in s.
     draws : number of standard normal draws a sample.
-    seed : key of the Integer parameter that selects the draws; empty without draws.
+    seed : key of the Integer parameter, at least 0, that selects the draws; empty without draws.
     """
 
     sample: Callable[

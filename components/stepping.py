@@ -64,8 +64,9 @@ def _take_samples(component: Sampled, before: Result, u: Vector, p: Vector, star
 
 def _sample(component: Sampled, x: Vector, u: Vector, p: Vector, index: int) -> tuple[Vector, Vector]:
     parameters = component.p.unpack(p)
-    seed = int(getattr(parameters, component.seed)) if component.seed else 0
-    draws = standard_normal(seed, index, component.draws)
+    draws = np.zeros(0)
+    if component.draws:
+        draws = standard_normal(int(getattr(parameters, component.seed)), index, component.draws)
     state, outputs = component.sample(component.x.unpack(x), component.u.unpack(u), parameters, draws)
     return np.asarray(component.x.pack(state), dtype=float), np.asarray(component.y.pack(outputs), dtype=float)
 

@@ -13,8 +13,11 @@ from .interface import XYZ, Requirement, Signal, count, vector
 
 N_THRUSTERS = 8
 THRUSTERS = count(N_THRUSTERS)
-THETA = ("dB", "F_C.x", "F_C.y", "F_C.z", "F_A.x", "F_A.y", "F_A.z")
-"""The unknown forces, in N: excess buoyancy at r_B, umbilical at r_C, arm at r_A; earth frame, on the vehicle."""
+FORCES = ("dB", "F_C.x", "F_C.y", "F_C.z", "F_A.x", "F_A.y", "F_A.z")
+"""The unknown forces in N: excess buoyancy at r_B, umbilical at r_C, arm at r_A; earth frame, on the vehicle.
+
+The paper calls their vector theta, which in code is the pitch angle alone; theta_hat is the paper's estimate of it.
+"""
 
 FOUR_DOF = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 1.0])
 """Selects surge, sway, heave and yaw: the paper's four degrees of freedom."""
@@ -60,7 +63,10 @@ def wrench(r: Any, force: Any) -> Any:
 
 
 def restoring(eta: Any, mass: Any, g: Any, r_G: Any, r_B: Any) -> Any:
-    """Return g_V(eta), shape (6,): minus the body wrench of the weight at r_G and an equal buoyancy at r_B."""
+    """Return g_V(eta), shape (6,), of Hoang & Kreuzer 2007, eq. 1.
+
+    It is minus the body wrench of the weight at r_G and an equal buoyancy at r_B.
+    """
     up = rotation(eta[3:6]).T @ np.array([0.0, 0.0, 1.0])
     weight = mass * g
     return np.concatenate([np.zeros(3), weight * (skew(r_G - r_B) @ up)])
@@ -69,7 +75,8 @@ def restoring(eta: Any, mass: Any, g: Any, r_G: Any, r_B: Any) -> Any:
 def disturbance_map(eta: Any, r_B: Any, r_C: Any, r_A: Any) -> Any:
     """Return W(eta), shape (6, 7): W theta is the body wrench of the unknown forces theta on the vehicle.
 
-    The regressor of the paper is Phi(eta) = -J^-T(eta) W(eta), so that J^T Phi theta = -W theta.
+    The regressor of the paper is Phi(eta) = -J^-T(eta) W(eta), so that J^T Phi theta = -W theta (Hoang & Kreuzer 2007,
+    eq. 3).
     """
     to_body = rotation(eta[3:6]).T
     forces = np.concatenate([np.reshape(to_body[:, 2], (3, 1)), to_body, to_body], axis=1)

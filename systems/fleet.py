@@ -19,7 +19,7 @@ from rov_cosim.components.interface import POSE, VELOCITY, XYZ, Component
 from rov_cosim.components.passive_arm import COMPONENT as PASSIVE_ARM
 from rov_cosim.components.pid import COMPONENT as PID
 from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
-from rov_cosim.components.vehicle import THETA
+from rov_cosim.components.vehicle import FORCES
 from rov_cosim.exporters.model_description import describe
 from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.parameter_set import read_parameter_set
@@ -93,7 +93,7 @@ def ratios(plant: Mapping[str, Value]) -> tuple[dict[str, float], dict[str, floa
     ratio = inertia(plant) / inertia(paper)
     ratio[:2] = ratio[:2].mean()
     by_axis = dict(zip(POSE, ratio.tolist(), strict=True))
-    return by_axis, {force: by_axis["x" if force[-1] in "xy" else "z"] for force in THETA}
+    return by_axis, {force: by_axis["x" if force[-1] in "xy" else "z"] for force in FORCES}
 
 
 def gains(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
@@ -109,7 +109,7 @@ def loads(plant: Mapping[str, Value]) -> dict[str, Value]:
     """Return the forces of umbilical and arm: those of the paper's experiment, scaled."""
     _, by_force = ratios(plant)
     paper = station_keeping.SYSTEM.parameters["rov_plant"]
-    return {name: float(f"{paper[name] * by_force[name]:.4g}") for name in THETA if name != "dB" and name in paper}
+    return {name: float(f"{paper[name] * by_force[name]:.4g}") for name in FORCES if name != "dB" and name in paper}
 
 
 def _declared(component: Component) -> dict[str, float]:

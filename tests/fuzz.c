@@ -194,6 +194,16 @@ static void run(int k, int stage) {
         EXPECT(step(k, now->time, (1 + byte() % 8) / 4.0 * now->values[FIRST_PARAMETER + INTERNAL_STEP]) == fmi2OK);
 }
 
+/* One parameter far from sane: in a list of many such values one is illegal, and none is set. */
+static void strain(int k) {
+    fmi2ValueReference vr = FIRST_PARAMETER + below(N_VARIABLES - FIRST_PARAMETER);
+    double value = byte() % 2 ? 1e30 : -1e30;
+    run(k, 1);
+    after(k, set(instances[k], REAL, (List){1, &vr, &value, NULL, NULL}));
+    after(k, fmi2ExitInitializationMode(instances[k]));
+    step(k, known[k].state.time, known[k].state.values[FIRST_PARAMETER + INTERNAL_STEP]);
+}
+
 /* Carry a state through bytes, some of which may be lost or changed. */
 static void serialize(int k, fmi2FMUstate slot, fmi2FMUstate *to) {
     fmi2Component c = instances[k];
@@ -234,7 +244,7 @@ static void operate(int k, unsigned operation) {
     List a, b;
     if (c && !*slot && byte() % 2)
         after(k, fmi2GetFMUstate(c, slot));
-    operation %= 27;
+    operation %= 28;
     switch (operation) {
     case 0: instantiate(k, 0); break;
     case 1: fmi2FreeInstance(c), instances[k] = NULL, all_logged[k] = 0; break;
@@ -275,6 +285,7 @@ static void operate(int k, unsigned operation) {
     case 24: after(k, fmi2GetBooleanStatus(c, kind, or_null(&(int){0}))); break;
     case 25: after(k, fmi2GetStringStatus(c, kind, &(fmi2String){0})); break;
     case 26: after(k, fmi2CancelStep(c)); break;
+    case 27: c ? strain(k) : (void)0; break;
     }
 }
 

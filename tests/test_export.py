@@ -9,7 +9,7 @@ from lxml import etree
 from rig import Rig
 from rov_cosim.components.instance import ComponentError
 from rov_cosim.components.interface import Component, Sampled
-from rov_cosim.components.vehicle import THETA
+from rov_cosim.components.vehicle import FORCES
 from rov_cosim.exporters import archive, native_export, pythonfmu_export
 from rov_cosim.exporters.build import EXPORTS, components
 
@@ -135,7 +135,7 @@ LIVELY = {
     "noise_correlation_time": 1.0,
     "stiffness": 3.0,
     "r_G.x": 0.02,
-    **{f"theta_hat_0.{force}": 2.0 for force in THETA},
+    **{f"theta_hat_0.{force}": 2.0 for force in FORCES},
 }
 
 
@@ -150,6 +150,8 @@ def test_the_archive_holds_page_icon_and_licences(exported, name, export):
     root = etree.fromstring(page, etree.HTMLParser(recover=False, huge_tree=True, encoding="utf-8"))
     assert len(root.findall(".//math")) > 5
     assert "$" not in "".join(root.itertext())
+    assert [link.get("href") for link in root.iter("a") if ":" not in link.get("href")] == []  # none into the project
+    assert " in equations.py" in "".join(root.itertext())  # their text stays
     for heading in ("Inputs", "Outputs", "Parameters", "Frames and signs"):
         assert any(heading == h.text for h in root.iter("h2"))
 

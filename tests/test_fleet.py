@@ -6,7 +6,7 @@ from click.testing import CliRunner
 
 from rov_cosim.cli.main import main
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
-from rov_cosim.components.vehicle import THETA
+from rov_cosim.components.vehicle import FORCES
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp.wiring import WiringError
 from rov_cosim.study.campaign import Cell, run_all, wired
@@ -46,7 +46,7 @@ def test_the_papers_vehicle_has_the_papers_gains_and_loads():
     system = holding("hoang_kreuzer")
     gains = {name: value for name, value in system.parameters["controller"].items() if name[0] in "KG"}
     assert gains == pytest.approx({name: PAPER[name] for name in gains})
-    assert len(gains) == 6 + 6 + len(THETA)
+    assert len(gains) == 6 + 6 + len(FORCES)
     experiment = station_keeping.SYSTEM.parameters["rov_plant"]
     assert {name: system.parameters["rov_plant"][name] for name in experiment} == experiment
 
@@ -76,7 +76,7 @@ def test_every_vehicle_has_the_predicted_offset_with_pd(loops, vehicle):
     wiring = loops[vehicle, "pd"]
     results = simulate(wiring, stop_time=120.0)
     last = results["time"] > 90.0
-    force = dict(zip(THETA, (wiring.value(f"rov_plant.{name}") for name in THETA), strict=True))
+    force = dict(zip(FORCES, (wiring.value(f"rov_plant.{name}") for name in FORCES), strict=True))
     # At rest the thrusters give what the spring asks for, and that is all the unknown forces, whatever the attitude.
     for axis in "xyz":
         unknown = force[f"F_C.{axis}"] + force[f"F_A.{axis}"] + (force["dB"] if axis == "z" else 0.0)

@@ -13,7 +13,8 @@ from rov_cosim.exporters.build import components
 from rov_cosim.exporters.native_export import sources
 
 COMPONENTS = components()
-COMPILE = ["clang", "-std=c99", "-g", "-O1", "-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all"]
+SANITIZERS = "-fsanitize=fuzzer,address,undefined,float-cast-overflow"
+COMPILE = ["clang", "-std=c99", "-g", "-O1", SANITIZERS, "-fno-sanitize-recover=all"]
 RUNS = 3000
 LONGEST = 1000
 LIMITS = ["-timeout=30", "-rss_limit_mb=2048", "-len_control=0", f"-max_len={LONGEST}", "-print_funcs=0"]

@@ -44,6 +44,8 @@ def kits(tmp_path_factory) -> dict[str, Path]:
 def test_the_kit_holds_what_its_guide_promises(kits, name):
     folder = kits[name]
     guide = (folder / "guide.md").read_text()
+    for target in re.findall(r"\]\(([^):]+)\)", guide):
+        assert (folder / target).exists(), target
     assert "{" not in re.sub(r"'\{[0-9a-f-]+\}'|\$.*?\$|\\.*", "", guide, flags=re.S).replace("{...}", "")
     for quoted in re.findall(r"^\| ((?:`[^`]+`(?:, )?)+) \|", guide.split("## Wire it")[0], re.M):
         for pattern in re.findall(r"`([^`]+)`", quoted):

@@ -92,7 +92,7 @@ def reference(adaptation: bool, stop: float, step: float) -> np.ndarray:
     D = np.array([130.0, 195.0, 286.0, 10.18])
     K_P, K_D = np.array([100.0, 100.0, 120.0, 55.0]), np.array([90.0, 90.0, 90.0, 80.0])
     Gamma, epsilon_0, alpha = 40.0, 0.3, 2.0
-    theta = np.array([5.0, 4, 4, 0, 8, 8, 0])
+    forces = np.array([5.0, 4, 4, 0, 8, 8, 0])
 
     def J(psi):
         c, s = np.cos(psi), np.sin(psi)
@@ -111,7 +111,7 @@ def reference(adaptation: bool, stop: float, step: float) -> np.ndarray:
 
     def f(t, z, tau):
         eta, nu = z[:4], z[4:]
-        unknown = -J(eta[3]).T @ Phi(eta[3]) @ theta
+        unknown = -J(eta[3]).T @ Phi(eta[3]) @ forces
         return np.concatenate([J(eta[3]) @ nu, np.linalg.solve(M, tau + unknown - coriolis(nu) - D * np.abs(nu) * nu)])
 
     z, estimate = np.array([0.52, 0.73, 0.62, 0.83, 0, 0, 0, 0]), np.zeros(7)
@@ -190,14 +190,14 @@ def test_station_keeping_measures_through_arm_encoders_noise_and_lead_filter(run
 
 
 def ideal_loop(
-    theta, stop, gains, adapt=None, lock=1, current=(0.0, 0.0, 0.0), start=(0.52, 0.73, 0.62, 0.0, 0.0, 0.83)
+    forces, stop, gains, adapt=None, lock=1, current=(0.0, 0.0, 0.0), start=(0.52, 0.73, 0.62, 0.0, 0.0, 0.83)
 ):
     """Integrate the continuous loop of equations 1, 4 and 5 with exact measurement; return the states over time."""
     six = {"control_roll_pitch": 1 - lock}
     p_c = parameters(CONTROLLER, use_measured_velocity=1, sample_time=1.0, **six, **gains)
     if adapt is not None:
         p_c.Gamma = p_c.Gamma * adapt
-    p_v = parameters(PLANT, lock_roll_pitch=lock, theta=theta)
+    p_v = parameters(PLANT, lock_roll_pitch=lock, forces=forces)
     u_v = inputs(PLANT, current=current)
     M = motion.inertia(p_v)
 
@@ -214,13 +214,13 @@ def ideal_loop(
     return solution, p_c, M
 
 
-THETA = np.array([5.0, 4, 4, 0, 8, 8, 0])
+FORCES = np.array([5.0, 4, 4, 0, 8, 8, 0])
 # A high adaptation gain, for the moments are estimated through short levers, which is slow.
 GAINS = {"K_P": [100, 100, 120, 55, 55, 55], "K_D": [90, 90, 90, 80, 80, 80], "Gamma": [100.0] * 7}
 
 
 def test_the_lyapunov_function_falls_along_the_ideal_loop():
-    solution, p, M = ideal_loop(THETA, 40.0, {**GAINS, "epsilon_0": 0.26}, lock=1)
+    solution, p, M = ideal_loop(FORCES, 40.0, {**GAINS, "epsilon_0": 0.26}, lock=1)
     dof = vehicle.FOUR_DOF
 
     def V(z):
@@ -229,7 +229,7 @@ def test_the_lyapunov_function_falls_along_the_ideal_loop():
         M_eta = J_inverse.T @ M @ J_inverse
         e, rate = eta * dof, frames.jacobian(eta) @ nu
         epsilon = p.epsilon_0 / (1 + p.alpha * np.linalg.norm(e))
-        wrong = estimate - THETA
+        wrong = estimate - FORCES
         kinetic, spring = 0.5 * rate @ M_eta @ rate, 0.5 * e @ (p.K_P * e)
         return kinetic + spring + epsilon * e @ M_eta @ rate + 0.5 * wrong @ (wrong / p.Gamma)
 
@@ -241,7 +241,7 @@ def test_the_lyapunov_function_falls_along_the_ideal_loop():
 
 def test_six_degrees_of_freedom_are_held_too():
     start = (0.3, -0.2, 0.2, 0.2, -0.15, 0.6)
-    solution, _, _ = ideal_loop(THETA, 250.0, GAINS, lock=0, start=start)
+    solution, _, _ = ideal_loop(FORCES, 250.0, GAINS, lock=0, start=start)
     assert np.abs(solution.y[:6, -1]).max() < 1e-3
 
 

@@ -50,13 +50,27 @@ def test_the_readme_names_every_component_and_command():
     assert [*rows[0], *(named(*pair) for pair in product(VEHICLES, CONTROLLERS))] == list(SYSTEMS)
 
 
+CODE_LINK = r"\[`(\w+)` in ([\w.]+)]\(([^)]*)\)"
+
+
+@pytest.mark.parametrize("name", components())
+def test_a_components_page_leads_from_its_equations_to_the_code(name):
+    folder = ROOT / "components" / name
+    page = (folder / "README.md").read_text()
+    for section in page.split("\n## ")[1:]:
+        assert "$$" not in section or re.search(CODE_LINK, section), section
+    for function, file, target in re.findall(CODE_LINK, page):
+        assert Path(target).name == file, target
+        assert f"\ndef {function}(" in (folder / target).read_text(), (function, target)
+
+
 @pytest.mark.parametrize("name", components())
 def test_a_components_page_knows_its_names(name):
     # Every backticked name on the page that looks like a variable is one.
     component = components()[name]
     known = {scalar for s in component.inputs + component.outputs + component.parameters for scalar in s.names}
     stems = known | {re.split(r"[.\[]", scalar)[0] for scalar in known}
-    page = (ROOT / "components" / name / "README.md").read_text()
+    page = re.sub(CODE_LINK, "", (ROOT / "components" / name / "README.md").read_text())
     for quoted in re.findall(r"`([A-Za-z_]\w*(?:[.\[][^`]*)?)`", page):
         assert quoted.replace("[i]", "[1]").removesuffix(".*") in stems | {
             re.sub(r"\.\w+$", "", scalar) for scalar in known

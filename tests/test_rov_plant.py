@@ -103,7 +103,7 @@ def test_the_motion_is_that_of_an_adaptive_integrator(lock):
     rig.put("F_arm", [1.0, 2.0, -1.0])
     rig.run(15.0)
 
-    p = parameters(PLANT, lock_roll_pitch=lock, theta=[5, 4, 0, 0, 0, 8, 0])
+    p = parameters(PLANT, lock_roll_pitch=lock, forces=[5, 4, 0, 0, 0, 8, 0])
     u = inputs(PLANT, F_arm=[1, 2, -1])
     M, B = equations.inertia(p), equations.thruster_wrenches(p)
 

@@ -12,7 +12,7 @@ from pythonfmu.builder import FmuBuilder
 
 from fmu import with_units
 from rov_cosim.cli.main import main
-from rov_cosim.components.vehicle import THETA
+from rov_cosim.components.vehicle import FORCES
 from rov_cosim.exporters import archive
 from rov_cosim.master.simulation import gauss_seidel, simulate
 from rov_cosim.ssp import reader as ssp_reader
@@ -34,7 +34,7 @@ STIFFNESS = {"x": 80.0, "y": 80.0, "z": 100.0}  # the controller's default
 HEADING = 0.5  # rad, z up
 EXACT = {
     **{f"rov_plant.push_{axis}": force for axis, force in PUSH.items()},
-    **{f"adaptive_pd.Gamma.{force}": 100.0 for force in THETA},  # without an arm's force yaw is slow: a short run
+    **{f"adaptive_pd.Gamma.{force}": 100.0 for force in FORCES},  # without an arm's force yaw is slow: a short run
     "passive_arm.noise_std": 0.0,
     "passive_arm.encoder_counts": 0,
 }

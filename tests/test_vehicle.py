@@ -80,12 +80,12 @@ def test_restoring_force_is_the_gradient_of_the_potential_energy():
 
 
 def test_disturbance_wrench_is_the_sum_of_forces_at_their_points():
-    eta, theta = attitude(), RANDOM.normal(size=7)
+    eta, unknown = attitude(), RANDOM.normal(size=7)
     points = RANDOM.normal(size=(3, 3))
     R = frames.rotation(eta[3:6])
-    forces = [R.T @ f for f in (np.array([0, 0, theta[0]]), theta[1:4], theta[4:7])]
+    forces = [R.T @ f for f in (np.array([0, 0, unknown[0]]), unknown[1:4], unknown[4:7])]
     expected = np.concatenate([sum(forces), sum(np.cross(r, f) for r, f in zip(points, forces, strict=True))])
-    assert vehicle.disturbance_map(eta, *points) @ theta == pytest.approx(expected)
+    assert vehicle.disturbance_map(eta, *points) @ unknown == pytest.approx(expected)
 
 
 def test_allocation_matrix_columns_are_thruster_wrenches():

@@ -9,7 +9,7 @@ from pythonfmu.builder import FmuBuilder
 from scipy.spatial.transform import Rotation
 
 from rov_cosim.components.frames import rotation
-from rov_cosim.components.vehicle import THETA
+from rov_cosim.components.vehicle import FORCES
 from rov_cosim.exporters import archive
 from rov_cosim.exporters.build import components
 from rov_cosim.importers.page import IMPORTERS, measure
@@ -40,7 +40,7 @@ def system(*transformation):
             # Without an arm's force the yaw is corrected through the umbilical alone: quick gains, for a short run.
             "adaptive_pd": {
                 **{f"eta_d.{axis}": value for axis, value in SET_POINT.items()},
-                **{f"Gamma.{force}": 100.0 for force in THETA},
+                **{f"Gamma.{force}": 100.0 for force in FORCES},
             },
         },
     )

@@ -1,10 +1,6 @@
-"""The adaptive PD controller of Hoang & Kreuzer 2007, eq. 4 and 5.
+"""The adaptive PD controller of Hoang & Kreuzer 2007: eq. 4 is in `feedback`, eq. 5 is `adaptation_law`.
 
-    tau     = J^T(eta) [-K_P e - K_D eta'] + g_V(eta) - W(eta) theta_hat,        e = eta - eta_d         (4)
-    u       = B^T (B B^T)^-1 tau
-    theta_hat' = Gamma W^T(eta) J^-1(eta) (eta' + epsilon_0 / (1 + alpha |e|) e)                         (5)
-
-with W the map from the unknown forces to the body wrench; the paper's regressor is Phi = -J^-T W.
+theta_hat is the estimate of the unknown forces, `vehicle.FORCES`; W maps them to the body wrench.
 """
 
 from collections.abc import Mapping
@@ -14,8 +10,21 @@ from typing import Any
 import numpy as np
 
 from .. import feedback
-from ..frames import jacobian, jacobian_inverse
-from ..vehicle import disturbance_map, restoring
+from ..frames import jacobian_inverse
+from ..vehicle import disturbance_map
+
+
+def adaptation_law(eta: Any, e: Any, eta_dot: Any, W: Any, at_rest: Any, p: SimpleNamespace) -> Any:
+    """Return the rate of the estimate theta_hat, shape (7,), in N/s.
+
+    theta_hat' = Gamma W^T(eta) J^-1(eta) (eta' + epsilon_0 / (1 + alpha |e|) e)        (Hoang & Kreuzer 2007, eq. 5)
+
+    where W^T J^-1 is the paper's -Phi^T. eta, e and eta_dot are those of `feedback.measured`, W is `disturbance_map` at
+    eta. The body axes in which the thrusters do not deliver at_rest, from `feedback.pd_law`, are left out.
+    """
+    epsilon = p.epsilon_0 / (1 + p.alpha * np.sqrt(np.sum(e**2)))
+    s = feedback.where_delivered(jacobian_inverse(eta) @ (eta_dot + epsilon * e), at_rest, p)
+    return np.where(p.adaptation > 0, p.Gamma * (W.T @ s), 0.0)
 
 
 def sample(
@@ -23,16 +32,11 @@ def sample(
 ) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
     """Return state and outputs after one sample; no draws are needed."""
     eta, e, eta_dot, state = feedback.measured(x, u, p)
-    J = jacobian(eta)
     W = disturbance_map(eta, p.r_B, p.r_C, p.r_A)
 
     disturbance = W @ x.theta_hat
-    at_rest = J.T @ (-p.K_P * e) + restoring(eta, p.mass, p.g, p.r_G, p.r_B) - disturbance
-    tau = at_rest - J.T @ (p.K_D * eta_dot)
-
-    epsilon = p.epsilon_0 / (1 + p.alpha * np.sqrt(np.sum(e**2)))
-    s = feedback.where_delivered(jacobian_inverse(eta) @ (eta_dot + epsilon * e), at_rest, p)
-    rate = np.where(p.adaptation > 0, p.Gamma * (W.T @ s), 0.0)
+    tau, at_rest = feedback.pd_law(eta, e, eta_dot, disturbance, p)
+    rate = adaptation_law(eta, e, eta_dot, W, at_rest, p)
 
     estimate = {"theta_hat": x.theta_hat, "disturbance": disturbance}
     return (

@@ -2,7 +2,7 @@
 
 from .. import feedback
 from ..interface import Sampled, Signal, switch
-from ..vehicle import ATTACK_POINTS, THETA, THRUSTER_PARAMETERS, WEIGHT_PARAMETERS
+from ..vehicle import ATTACK_POINTS, FORCES, THRUSTER_PARAMETERS, WEIGHT_PARAMETERS
 from . import equations
 
 COMPONENT = Sampled(
@@ -16,7 +16,7 @@ COMPONENT = Sampled(
             "theta_hat",
             "Estimated force on the vehicle, earth frame",
             pattern="theta_hat.{}",
-            axes=(THETA,),
+            axes=(FORCES,),
             unit="N",
             initially_from=("theta_hat_0",),
         ),
@@ -31,7 +31,7 @@ COMPONENT = Sampled(
             "Gamma",
             "Adaptation gain; 0: this force is not adapted",
             pattern="Gamma.{}",
-            axes=(THETA,),
+            axes=(FORCES,),
             unit="N/m",
             start=10.0,
             minimum=0.0,
@@ -53,7 +53,7 @@ COMPONENT = Sampled(
             "theta_hat_0",
             "Initial estimate of the force on the vehicle, earth frame",
             pattern="theta_hat_0.{}",
-            axes=(THETA,),
+            axes=(FORCES,),
             unit="N",
         ),
         *feedback.SAMPLING,
@@ -62,7 +62,7 @@ COMPONENT = Sampled(
         *THRUSTER_PARAMETERS,
     ),
     states=(
-        Signal("theta_hat", "Estimated forces", axes=(THETA,), pattern="theta_hat.{}"),
+        Signal("theta_hat", "Estimated forces", axes=(FORCES,), pattern="theta_hat.{}"),
         *feedback.STATES,
     ),
     initial_state=equations.initial_state,

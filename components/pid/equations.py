@@ -1,8 +1,6 @@
-"""A PID controller in the form of the adaptive PD controller of Hoang & Kreuzer 2007, eq. 4.
+"""A PID controller in the form of the adaptive PD controller of Hoang & Kreuzer 2007, eq. 4, which is in `feedback`.
 
-    tau = J^T(eta) [-K_P e - K_D eta' - z] + g_V(eta),        e = eta - eta_d
-    u   = B^T (B B^T)^-1 tau
-    z'  = K_I e
+    disturbance = J^T(eta) z,        z' = K_I e
 
 z is the integral part, in the earth frame. The gain stands inside the integral so that its change does not jump the
 thrust.
@@ -16,7 +14,7 @@ import numpy as np
 
 from .. import feedback
 from ..frames import jacobian, jacobian_inverse
-from ..vehicle import degrees_of_freedom, restoring
+from ..vehicle import degrees_of_freedom
 
 
 def sample(
@@ -27,8 +25,7 @@ def sample(
     J = jacobian(eta)
 
     disturbance = J.T @ x.integral
-    at_rest = J.T @ (-p.K_P * e) + restoring(eta, p.mass, p.g, p.r_G, p.r_B) - disturbance
-    tau = at_rest - J.T @ (p.K_D * eta_dot)
+    tau, at_rest = feedback.pd_law(eta, e, eta_dot, disturbance, p)
 
     # The thrusters saturate in body axes, so the rate of the integral part goes there and back.
     rate = jacobian_inverse(eta).T @ feedback.where_delivered(J.T @ (p.K_I * e), at_rest, p)

@@ -2,7 +2,8 @@
 
 M nu_r' + C(nu_r) nu_r + D(nu_r) nu_r + g_V(eta) = B f + W(eta) theta + arm and umbilical,    eta' = J(eta) nu
 
-with nu_r = nu - nu_c the velocity relative to a uniform current, and f the thruster forces after limits and lag.
+with nu_r = nu - nu_c the velocity relative to a uniform current, f the thruster forces after limits and lag, and theta
+the unknown forces, `vehicle.FORCES`.
 """
 
 from collections.abc import Mapping
@@ -33,10 +34,10 @@ def inertia(p: SimpleNamespace) -> Any:
 
 
 def unknown_forces(eta: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
-    """Return the body wrench, shape (6,), of excess buoyancy, umbilical and arm."""
+    """Return the body wrench, shape (6,), of excess buoyancy, umbilical and arm (-d_V: Hoang & Kreuzer 2007, eq. 1)."""
     to_body = rotation(eta[3:6]).T
     further = wrench(p.r_C, to_body @ u.F_umbilical) + wrench(p.r_A, to_body @ u.F_arm)
-    return disturbance_map(eta, p.r_B, p.r_C, p.r_A) @ p.theta + further
+    return disturbance_map(eta, p.r_B, p.r_C, p.r_A) @ p.forces + further
 
 
 def resistance(nu_r: Any, M: Any, p: SimpleNamespace) -> Any:
@@ -51,7 +52,10 @@ def disturbance(eta: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
 
 
 def rates(eta: Any, nu: Any, tau: Any, M: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
-    """Return [eta' nu'], shape (12,), under the thruster wrench tau, shape (6,), with M from `inertia`."""
+    """Return [eta' nu'], shape (12,), under the thruster wrench tau, shape (6,), with M from `inertia`.
+
+    This is Hoang & Kreuzer 2007, eq. 1, in a current, solved for nu'.
+    """
     current = rotation(eta[3:6]).T @ u.current
     nu_r = np.concatenate([nu[0:3] - current, nu[3:6]])
     current_rate = np.concatenate([-skew(nu[3:6]) @ current, np.zeros(3)])

@@ -26,8 +26,8 @@ from ..interface import (
 )
 from ..vehicle import (
     ATTACK_POINTS,
+    FORCES,
     N_THRUSTERS,
-    THETA,
     THRUSTER_PARAMETERS,
     UNIT_DIRECTIONS,
     WEIGHT_PARAMETERS,
@@ -41,7 +41,7 @@ _UPRIGHT: dict[str, Any] = {
     "minimum": [*[-np.inf] * 4, -np.pi / 2, -np.inf],
     "maximum": [*[np.inf] * 4, np.pi / 2, np.inf],
 }
-_FORCES = ("F_arm", "F_umbilical", "eta_0", "theta", "r_B", "r_C", "r_A")
+_LOADS = ("F_arm", "F_umbilical", "eta_0", "forces", "r_B", "r_C", "r_A")
 _DRAG = ("current", "mass", "I", "r_G", "added_mass", "D_linear", "D_quadratic")
 
 COMPONENT = Continuous(
@@ -91,7 +91,7 @@ COMPONENT = Continuous(
             WRENCH,
             "Wrench of excess buoyancy, umbilical, arm and current on the vehicle if it were still, body frame",
             unit=WRENCH_UNITS,
-            initially_from=(*_FORCES, *_DRAG),
+            initially_from=(*_LOADS, *_DRAG),
         ),
     ),
     parameters=(
@@ -122,10 +122,10 @@ COMPONENT = Continuous(
         ),
         *ATTACK_POINTS,
         Signal(
-            "theta",
+            "forces",
             "Force on the vehicle, earth frame: excess buoyancy at r_B (up), umbilical at r_C, arm at r_A",
             pattern="{}",
-            axes=(THETA,),
+            axes=(FORCES,),
             unit="N",
             tunable=True,
         ),

@@ -35,7 +35,7 @@ enum {{
     N_REQUIREMENTS = {len(component.requirements)},
     N_DRAWS = {draws},
     INTERNAL_STEP = {internal_step}, /* the parameter with the time between samples, or the longest internal step */
-    SEED = {seed} /* the parameter that selects the draws; any without draws */
+    SEED = {seed} /* the parameter that selects the draws; without draws any, and not to be read */
 }};
 
 /* As in the Python sources, which tell what they are. */

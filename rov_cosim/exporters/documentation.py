@@ -1,5 +1,6 @@
 """The pages inside an FMU: documentation/index.html from the component's page and interface, icon and licences."""
 
+import re
 from collections.abc import Iterable
 from html import escape
 from importlib.metadata import distribution
@@ -14,6 +15,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from ..components.interface import Component, Signal
 from .model_description import literal
+
+_RELATIVE_LINK = re.compile(r"\[([^]]+)]\((?!\w+:)[^)]*\)")
 
 _PAGE = """\
 <!DOCTYPE html>
@@ -59,9 +62,9 @@ def page(component: Component) -> str:
 
 
 def readme(component: Component) -> str:
-    """Return the component's page in Markdown."""
+    """Return the component's page in Markdown, for where it stands alone: links into the project become their text."""
     folder = files(f"{__package__.rsplit('.', 1)[0]}.components.{component.name}")
-    return folder.joinpath("README.md").read_text()
+    return _RELATIVE_LINK.sub(r"\1", folder.joinpath("README.md").read_text())
 
 
 def html(title: str, markdown: str, more: str = "") -> str:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..components.interface import XYZ, count
-from ..components.vehicle import N_THRUSTERS, THETA, allocation_matrix, degrees_of_freedom, disturbance_map
+from ..components.vehicle import FORCES, N_THRUSTERS, allocation_matrix, degrees_of_freedom, disturbance_map
 from ..ssp.wiring import Value, Wiring, WiringError, parse
 from ..systems.fleet import VEHICLES
 
@@ -65,14 +65,14 @@ class Nominal:
 
     def thrust_at_rest(self) -> float:
         """Return the largest thruster force in N that holding still takes, at zero roll, pitch and yaw."""
-        theta = self.vector("rov_plant", THETA)
+        forces = self.vector("rov_plant", FORCES)
         W = disturbance_map(np.zeros(6), *(self.vector(f"rov_plant.{point}") for point in ("r_B", "r_C", "r_A")))
         thrusters = [f"controller.thruster[{i}]" for i in count(N_THRUSTERS)]
         r, d = (np.stack([self.vector(f"{thruster}.{group}") for thruster in thrusters]) for group in ("r", "d"))
         enabled = np.array([self.value(f"{thruster}.enabled") for thruster in thrusters])
         dof = degrees_of_freedom(self.value("controller.control_roll_pitch"))
         B = np.diag(dof) @ allocation_matrix(r, d, enabled)
-        return float(np.abs(np.linalg.pinv(B) @ (dof * (W @ theta))).max())
+        return float(np.abs(np.linalg.pinv(B) @ (dof * (W @ forces))).max())
 
 
 def _cure(end: str) -> str:

@@ -7,7 +7,8 @@
 const int interpolates_inputs = 0;
 
 static void draw(const Result *state, const Conditions *at, double *draws) {
-    standard_normal((uint64_t)at->p[SEED], (uint64_t)state->samples, N_DRAWS, draws);
+    if (N_DRAWS) /* else SEED is no seed, and may be beyond an integer */
+        standard_normal((uint64_t)at->p[SEED], (uint64_t)state->samples, N_DRAWS, draws);
 }
 
 static void sample(const Result *state, const Conditions *at, double *x, double *y) {
