@@ -38,6 +38,14 @@ def test_links_lead_somewhere(page):
         assert (page.parent / target).exists(), target
 
 
+def test_the_index_leads_to_every_page():
+    index = (ROOT / "docs" / "README.md").resolve()
+    led_to = {(index.parent / target).resolve() for target in re.findall(r"\]\(([^)#:]+)", index.read_text())}
+    # Forms and caches, in folders with a dot, are no pages.
+    pages = {p.resolve() for p in PAGES if not any(part.startswith(".") for part in p.relative_to(ROOT).parts)}
+    assert pages - {index} <= led_to, pages - {index} - led_to
+
+
 def test_the_readme_names_every_component_and_command():
     text = (ROOT / "README.md").read_text()
     expected = {*components(), *(f"rov-cosim {command}" for command in main.list_commands(None))}

@@ -42,8 +42,8 @@ class Score:
     effort : root mean square of the thruster commands, all together, in N; None if the controller has no ``u``.
     saturated : share of the hold in which a command is limited; None if the controller does not tell.
     wrong_force, wrong_moment : root mean square of the estimated less the true disturbance, in N over X, Y and Z, and
-        in N m about the vertical: the part of the unknown forces that shows at rest; None if nothing is estimated, or the truth is
-        not told.
+        in N m about the vertical: the part of the unknown forces that shows at rest; None if nothing is estimated, or
+        the truth is not known.
     lost_at, reason : since when in s, and why, the vehicle is lost, if it is.
     """
 
