@@ -6,8 +6,8 @@ import pytest
 from pythonfmu.builder import FmuBuilder
 
 from fmu import Fmu
-from rov_cosim.exporters.build import components, fmu_path
-from rov_cosim.study import session
+from rov_cosim.exporters.build import components, fmu_path, project_root
+from rov_cosim.study import archives as building
 from rov_cosim.study.campaign import wired
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.fleet import CONTROLLERS
@@ -16,27 +16,27 @@ from rov_cosim.systems.fleet import CONTROLLERS
 @pytest.fixture(scope="session")
 def archives() -> dict[str, Path]:
     """Build everything; return the SSP archives by system name."""
-    session.build(*SYSTEMS.values())
-    return {name: session.ssp_path(system) for name, system in SYSTEMS.items()}
+    building.build(*SYSTEMS.values())
+    return {name: building.ssp_path(name) for name in SYSTEMS}
 
 
 @pytest.fixture(scope="session")
 def fmus(archives) -> dict[str, Path]:
     """Return the native FMUs by component name."""
-    return {name: fmu_path(session.project_root(), name) for name in components()}
+    return {name: fmu_path(project_root(), name) for name in components()}
 
 
 @pytest.fixture(scope="session")
 def python_archives() -> dict[str, Path]:
     """Return the SSP archives with pythonfmu FMUs by system name."""
-    session.build(*SYSTEMS.values(), export="pythonfmu")
-    return {name: session.ssp_path(system, "pythonfmu") for name, system in SYSTEMS.items()}
+    building.build(*SYSTEMS.values(), export="pythonfmu")
+    return {name: building.ssp_path(name, "pythonfmu") for name in SYSTEMS}
 
 
 @pytest.fixture(scope="session")
 def python_fmus(python_archives) -> dict[str, Path]:
     """Return the pythonfmu FMUs by component name."""
-    return {name: fmu_path(session.project_root(), name, "pythonfmu") for name in components()}
+    return {name: fmu_path(project_root(), name, "pythonfmu") for name in components()}
 
 
 @pytest.fixture(scope="session")
@@ -67,9 +67,8 @@ def native(fmus, tmp_path):
 
 @pytest.fixture(scope="session")
 def loops(fmus):
-    """Return the loops of one vehicle, by vehicle and controller, with their FMUs extracted."""
-    with wired(session.project_root(), ["bluerov2"], CONTROLLERS) as loops:
-        yield loops
+    """Return the loops of one vehicle, by vehicle and controller."""
+    return wired(["bluerov2"], CONTROLLERS)
 
 
 @pytest.fixture(scope="session")

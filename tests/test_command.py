@@ -85,11 +85,11 @@ def test_the_benchmark_prints_every_table(archives, python_archives):
         (["run", "station_keping"], "there is no system station_keping. Did you mean station_keeping"),
         (["run", "none.ssp"], "none.ssp: There is no such archive"),
         (
-            ["run", "station_keeping", "--set", "adaptive_pd.K_P"],
-            "expected ELEMENT.VARIABLE=VALUE, got 'adaptive_pd.K_P'",
+            ["run", "station_keeping", "--set", "controller.K_P"],
+            "expected ELEMENT.VARIABLE=VALUE, got 'controller.K_P'",
         ),
-        (["run", "station_keeping", "--set", "adaptive_pd.K_P.x=a"], "adaptive_pd.K_P.x: expected a number, got 'a'"),
-        (["run", "station_keeping", "--set", "adaptive_pd.Kp=1"], "There is no variable adaptive_pd.Kp"),
+        (["run", "station_keeping", "--set", "controller.K_P.x=a"], "controller.K_P.x: expected a number, got 'a'"),
+        (["run", "station_keeping", "--set", "controller.Kp=1"], "There is no variable controller.Kp"),
         (["run", "station_keeping", "--stop-time", "-1"], "-1.0 is not in the range"),
         (["run", "station_keeping", "--stop-time", "nan"], "to nan s; expected finite times, the stop after the start"),
         (

@@ -10,7 +10,6 @@ from rov_cosim.components.vehicle import FORCES
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp.wiring import WiringError
 from rov_cosim.study.campaign import Cell, run_all, wired
-from rov_cosim.study.session import project_root
 from rov_cosim.systems import fleet, station_keeping
 from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, holding, parameters_of
 
@@ -53,8 +52,7 @@ def test_the_papers_vehicle_has_the_papers_gains_and_loads():
 
 @pytest.fixture(scope="module")
 def loops(fmus):
-    with wired(project_root(), list(VEHICLES), CONTROLLERS) as loops:
-        yield loops
+    return wired(list(VEHICLES), CONTROLLERS)
 
 
 @pytest.fixture(scope="module")

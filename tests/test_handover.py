@@ -329,7 +329,7 @@ def test_the_kits_parameter_sets_are_those_of_the_systems(kits):
     values = {
         p.name: p.value for p in read_ssv(str(kits["adaptive_pd"] / "parameters" / "paper_simulation.ssv")).parameters
     }
-    expected = SYSTEMS["paper_simulation"].parameters["adaptive_pd"]
+    expected = SYSTEMS["paper_simulation"].parameters["controller"]
     assert {name: float(values[name]) for name in expected if isinstance(expected[name], float)} == {
         name: value for name, value in expected.items() if isinstance(value, float)
     }

@@ -60,17 +60,17 @@ def test_stock_fmpy_takes_start_values(archives, tmp_path):
         "--stop-time",
         "6",
         "--start-values",
-        "adaptive_pd.K_P.x",
+        "controller.K_P.x",
         "120",
         "passive_arm.seed",
         "7",
-        "adaptive_pd.adaptation",
+        "controller.adaptation",
         "false",
     )
     theirs = stock_fmpy(archives["station_keeping"], tmp_path, *arguments)
-    values = {"adaptive_pd.K_P.x": 120.0, "passive_arm.seed": 7, "adaptive_pd.adaptation": False}
+    values = {"controller.K_P.x": 120.0, "passive_arm.seed": 7, "controller.adaptation": False}
     assert_same(theirs, ours(archives["station_keeping"], 6.0, **values))
-    assert theirs["adaptive_pd.theta_hat.dB"][-1] == 0
+    assert theirs["controller.theta_hat.dB"][-1] == 0
     other = ours(archives["station_keeping"], 6.0)
     assert np.abs(theirs["rov_plant.eta.x"] - other["rov_plant.eta.x"]).max() > 1e-4
 

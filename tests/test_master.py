@@ -1,27 +1,25 @@
 """The master: couplings, initial values, partial results; with FMUs that this project did not make."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from fmpy import extract
 
-from rov_cosim.master.simulation import SimulationError, gauss_seidel, jacobi, simulate
+from rov_cosim.master.exchange import gauss_seidel, jacobi
+from rov_cosim.master.simulation import SimulationError, simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp import writer as ssp_writer
 from rov_cosim.ssp.declaration import System, wire
-from rov_cosim.ssp.wiring import Element, End, Link, Wiring
+from rov_cosim.ssp.wiring import End, Link, Wiring
 from rov_cosim.systems.catalogue import SYSTEMS
 
 
 def chain(plain_gain, tmp_path, n=3, **parameters):
-    """Return n gains in a row, each y = 2 u + 1, with the FMUs extracted."""
+    """Return n gains in a row, each y = 2 u + 1."""
     names = [f"g{i}" for i in range(n)]
     links = tuple((f"{a}.y", f"{b}.u") for a, b in pairwise(names))
-    wiring = wire(System("chain", "", dict.fromkeys(names, "g"), links, 0.3, parameters), {"g": plain_gain})
-    folder = extract(plain_gain, tmp_path / "gain")
-    elements = tuple(Element(e.name, folder, e.description, e.start_values) for e in wiring.elements)
-    return Wiring(wiring.name, elements, wiring.links, wiring.stop_time, wiring.step_size)
+    return wire(System("chain", "", dict.fromkeys(names, "g"), links, 0.3, parameters), {"g": plain_gain})
 
 
 def test_initial_values_that_never_settle_are_told(plain_gain, tmp_path):
@@ -106,11 +104,8 @@ def test_any_flat_archive_runs(plain_gain, tmp_path):
 
 def test_the_start_time_is_that_of_the_experiment(fmus, tmp_path):
     wiring = wire(SYSTEMS["station_keeping"], fmus)
-    elements = tuple(
-        Element(e.name, extract(e.fmu, tmp_path / e.name), e.description, e.start_values) for e in wiring.elements
-    )
-    early = Wiring("early", elements, wiring.links, 0.3, 0.03)
-    late = Wiring("late", elements, wiring.links, 100.3, 0.03, start_time=100.0)
+    early = replace(wiring, stop_time=0.3)
+    late = replace(wiring, stop_time=100.3, start_time=100.0)
     a, b = simulate(early), simulate(late)
     assert b["time"] - 100.0 == pytest.approx(a["time"])
     assert b["rov_plant.eta.z"] == pytest.approx(a["rov_plant.eta.z"], abs=1e-12)

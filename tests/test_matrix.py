@@ -17,11 +17,13 @@ from click.testing import CliRunner
 from pythonfmu.builder import FmuBuilder
 
 from rov_cosim.cli.main import main
+from rov_cosim.exporters.build import project_root
 from rov_cosim.ssp import swap_map
-from rov_cosim.study import campaign_tables as matrix_tables
-from rov_cosim.study.campaign import Cell, MatrixError, run_all, score_of, wired
+from rov_cosim.study import campaign_tables
+from rov_cosim.study.campaign import CampaignError, Cell, run_all, score_of, wired
+from rov_cosim.study.changes import Changes
+from rov_cosim.study.score_table import write_scores
 from rov_cosim.study.scores import VERDICTS
-from rov_cosim.study.session import project_root
 from rov_cosim.study.troubles import TROUBLES
 from rov_cosim.systems.fleet import CONTROLLERS, STOP_TIME, VEHICLES
 
@@ -54,15 +56,14 @@ def test_the_small_part_shows_what_the_whole_does(small):
 
 
 def test_a_controller_that_refuses_the_trouble_is_a_row_with_the_reason(fmus):
-    with wired(project_root(), ["minerva"], ["adaptive_pd"]) as loops:
-        scores = run_all(loops, ["thruster_lost_known"], jobs=1).scores
+    scores = run_all(wired(["minerva"], ["adaptive_pd"]), ["thruster_lost_known"], jobs=1).scores
     (found,) = scores.values()
     assert found.verdict == "lost"
     assert "The enabled thrusters cannot produce every controlled wrench" in found.reason
 
 
 def test_the_tables_hold_every_cell(small, tmp_path):
-    matrix_tables.write_csv(small, tmp_path / "matrix.csv")
+    write_scores(small.scores, Cell._fields, tmp_path / "matrix.csv")
     with open(tmp_path / "matrix.csv") as file:
         rows = list(csv.DictReader(file))
     assert [(row["vehicle"], row["controller"], row["trouble"]) for row in rows] == [
@@ -71,7 +72,7 @@ def test_the_tables_hold_every_cell(small, tmp_path):
     for row, found in zip(rows, small.scores.values(), strict=True):
         assert row["verdict"] == found.verdict
         assert float(row["rms"]) == pytest.approx(found.rms, rel=1e-5)
-    page = matrix_tables.markdown(small, "as a test")
+    page = campaign_tables.markdown(small, "as a test")
     assert "as a test" in page
     found = small.scores[Cell(VEHICLE, "pd", "still_water")]
     cells = [cell.strip() for cell in re.search(r"^\| still_water \|(.*)\|$", page, re.M).group(1).split("|")]
@@ -83,10 +84,10 @@ def test_the_tables_hold_every_cell(small, tmp_path):
 
 
 def test_the_heat_map_shows_each_verdict_in_its_colour(small, tmp_path):
-    matrix_tables.draw_heat_map(small, tmp_path / "matrix.png")
+    campaign_tables.draw_heat_map(small, tmp_path / "matrix.png")
     pixels = (plt.imread(tmp_path / "matrix.png")[..., :3] * 255).round().astype(int).reshape(-1, 3)
     shown = {}
-    for verdict, colour in zip(VERDICTS, matrix_tables.COLOURS, strict=True):
+    for verdict, colour in zip(VERDICTS, campaign_tables.COLOURS, strict=True):
         rgb = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
         shown[verdict] = int((pixels == rgb).all(axis=1).sum())
     legend = shown["oscillates"]  # none of the cells
@@ -104,32 +105,29 @@ def test_an_interrupted_matrix_keeps_its_scores(loops):
                 raise KeyboardInterrupt
             yield run
 
-    with pytest.raises(MatrixError, match="Interrupted after 2 of 6 runs") as error:
+    with pytest.raises(CampaignError, match="Interrupted after 2 of 6 runs") as error:
         run_all(loops, ["still_water", "delay_5"], jobs=1, progress=interrupted)
-    assert len(error.value.matrix.scores) == 2
+    assert len(error.value.campaign.scores) == 2
 
 
 def test_an_fmu_that_crashes_its_process_is_told(fmus, tmp_path):
     crashing = FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "crashing.py", tmp_path)
     maps = {"scenario": swap_map.SwapMap(without=("set_point",))}
-    with (
-        wired(project_root(), [VEHICLE], ["pd"], {"scenario": crashing}, maps) as crash,
-        pytest.raises(MatrixError, match="A process died, of an FMU that crashed it, after 0 of 2 runs"),
-    ):
+    crash = wired([VEHICLE], ["pd"], Changes({"scenario": crashing}, maps))
+    with pytest.raises(CampaignError, match="A process died, of an FMU that crashed it, after 0 of 2 runs"):
         run_all(crash, ["still_water", "delay_5"], jobs=2)
 
 
 @pytest.mark.slow
 def test_the_page_has_the_verdicts_of_the_matrix_and_each_failure_is_explained(fmus):
-    with wired(project_root(), list(VEHICLES), CONTROLLERS) as loops:
-        matrix = run_all(loops, list(TROUBLES), jobs=os.cpu_count())
+    matrix = run_all(wired(list(VEHICLES), CONTROLLERS), list(TROUBLES), jobs=os.cpu_count())
 
     def verdicts(text):
         # The digits of a vehicle that swings are those of its last rounding; the verdicts are not.
         return re.sub(r", [\d., a-z]*(?= \|)", "", text)
 
     page = (project_root() / "systems" / "MATRIX.md").read_text()
-    assert verdicts(matrix_tables.markdown(matrix)) == verdicts(page)
+    assert verdicts(campaign_tables.markdown(matrix)) == verdicts(page)
     told = (project_root() / "systems" / "FLEET.md").read_text().partition("## Why each trouble fails")[2]
     explained = {name for row in re.findall(r"^- (`.*?`):", told, re.M) for name in re.findall(r"`(\w+)`", row)}
     if {"delay_7", "delay_10"} <= explained:

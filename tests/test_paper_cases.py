@@ -10,7 +10,8 @@ from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.adaptive_pd import equations as law
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
 from rov_cosim.components.rov_plant import equations as motion
-from rov_cosim.master.simulation import gauss_seidel, jacobi, simulate
+from rov_cosim.master.exchange import gauss_seidel, jacobi
+from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.study.assessment import axes, errors, forces
 
@@ -77,7 +78,7 @@ def test_adaptation_finds_the_disturbance_wrench(run):
 
 def test_the_set_point_of_the_errors_is_the_controllers(run):
     results, wiring = run("station_keeping")
-    moved = wiring.with_values({"adaptive_pd.eta_d.x": 0.5, "adaptive_pd.eta_d.psi": 3.0})
+    moved = wiring.with_values({"controller.eta_d.x": 0.5, "controller.eta_d.psi": 3.0})
     shift = errors(results, wiring) - errors(results, moved)
     assert shift[:, 0] == pytest.approx(0.5)
     assert np.abs(errors(results, moved)[:, 5]).max() <= np.pi
@@ -175,7 +176,7 @@ def test_pd_keeps_the_predicted_offset_under_noise(run):
 
 def test_station_keeping_measures_through_arm_encoders_noise_and_lead_filter(run):
     results, wiring = run("station_keeping")
-    assert wiring.value("adaptive_pd.use_measured_velocity") is False
+    assert wiring.value("controller.use_measured_velocity") is False
     assert wiring.value("passive_arm.noise_std") == 0.005
     assert wiring.value("passive_arm.encoder_counts") == 4096
     assert results["passive_arm.eta_m_valid"].all()
@@ -183,7 +184,7 @@ def test_station_keeping_measures_through_arm_encoders_noise_and_lead_filter(run
     # Jacobi: the measurement shown is that of the pose one step before.
     measured = results["passive_arm.eta_m.x"][1:] - results["rov_plant.eta.x"][:-1]
     assert measured.std() == pytest.approx(0.005, rel=0.1)
-    assert np.abs(results["adaptive_pd.eta_dot.x"]).max() > 0.05
+    assert np.abs(results["controller.eta_dot.x"]).max() > 0.05
 
 
 # --- What the paper proves and discusses ----------------------------------------------------------------------------

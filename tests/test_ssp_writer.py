@@ -91,8 +91,8 @@ def test_the_container_reads_each_initial_value_after_what_it_follows_from(fmus)
     assert sorted(order) == sorted(f"{link.source.element}>{link.target.element}" for link in wiring.links)
     first = {pair: order.index(pair) for pair in order}
     last = {pair: len(order) - 1 - order[::-1].index(pair) for pair in order}
-    assert last["rov_plant>passive_arm"] < first["passive_arm>adaptive_pd"]
-    assert last["passive_arm>adaptive_pd"] < first["adaptive_pd>rov_plant"]
+    assert last["rov_plant>passive_arm"] < first["passive_arm>controller"]
+    assert last["passive_arm>controller"] < first["controller>rov_plant"]
 
 
 def test_a_loop_of_initial_values_is_told(plain_gain):

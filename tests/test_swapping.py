@@ -7,22 +7,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from fmpy import extract, read_model_description
+from fmpy import read_model_description
 from pythonfmu.builder import FmuBuilder
 
 from fmu import with_units
 from rov_cosim.cli.main import main
 from rov_cosim.components.vehicle import FORCES
 from rov_cosim.exporters import archive
-from rov_cosim.master.simulation import gauss_seidel, simulate
+from rov_cosim.master.exchange import gauss_seidel
+from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp import swap_map
 from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.swap_map import Entry, SwapMap
 from rov_cosim.ssp.swapping import swapped, with_swaps
 from rov_cosim.ssp.wiring import Element, WiringError
-from rov_cosim.study import session
 from rov_cosim.study.assessment import axes, errors, report
+from rov_cosim.study.changes import Changes
+from rov_cosim.study.runs import run as run_system
+from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.fleet import holding
 
 HERE = Path(__file__).parent
@@ -34,7 +37,7 @@ STIFFNESS = {"x": 80.0, "y": 80.0, "z": 100.0}  # the controller's default
 HEADING = 0.5  # rad, z up
 EXACT = {
     **{f"rov_plant.push_{axis}": force for axis, force in PUSH.items()},
-    **{f"adaptive_pd.Gamma.{force}": 100.0 for force in FORCES},  # without an arm's force yaw is slow: a short run
+    **{f"controller.Gamma.{force}": 100.0 for force in FORCES},  # without an arm's force yaw is slow: a short run
     "passive_arm.noise_std": 0.0,
     "passive_arm.encoder_counts": 0,
 }
@@ -61,8 +64,8 @@ def maps(tmp_path, *changes, text=MAP):
 
 
 def run(archives, fmus, maps, values=None, stop_time=120.0, system="station_keeping", **options):
-    with ssp_reader.opened(archives[system]) as wiring, with_swaps(wiring, fmus, maps) as other:
-        other = other.with_values(values or {})
+    with ssp_reader.opened(archives[system]) as wiring:
+        other = with_swaps(wiring, fmus, maps).with_values(values or {})
         return simulate(other, stop_time=stop_time, **options), other
 
 
@@ -73,7 +76,7 @@ def refused(archives, fmus, maps):
 
 
 def test_the_unchanged_controller_holds_a_vehicle_of_another_make(archives, foreign, tmp_path):
-    values = {**EXACT, "adaptive_pd.eta_d.psi": HEADING}
+    values = {**EXACT, "controller.eta_d.psi": HEADING}
     results, wiring = run(archives, {"rov_plant": foreign}, maps(tmp_path), values)
     assert errors(results, wiring)[-1] == pytest.approx(np.zeros(6), abs=1e-3)
     assert results["rov_plant.heading"][-1] == pytest.approx(360 - np.degrees(HEADING), abs=0.1)
@@ -81,7 +84,7 @@ def test_the_unchanged_controller_holds_a_vehicle_of_another_make(archives, fore
     assert results["rov_plant.heading"][0] == pytest.approx(360 - np.degrees(2.0))
     c, s = np.cos(HEADING), np.sin(HEADING)
     body = (c * UP["x"] + s * UP["y"], c * UP["y"] - s * UP["x"], UP["z"])
-    assert [results[f"adaptive_pd.disturbance.{axis}"][-1] for axis in "XYZ"] == pytest.approx(body, abs=0.05)
+    assert [results[f"controller.disturbance.{axis}"][-1] for axis in "XYZ"] == pytest.approx(body, abs=0.05)
 
 
 def test_without_adaptation_the_offset_is_the_push_by_the_stiffness(archives, foreign, tmp_path):
@@ -94,7 +97,7 @@ def test_without_adaptation_the_offset_is_the_push_by_the_stiffness(archives, fo
 
 
 @pytest.mark.parametrize(
-    "axis", ['depth = { ours = "eta.z", z_down = true', 'yaw = { ours = "adaptive_pd.tau.N", z_down = true']
+    "axis", ['depth = { ours = "eta.z", z_down = true', 'yaw = { ours = "controller.tau.N", z_down = true']
 )
 def test_a_wrong_sign_lets_the_vehicle_run_away(archives, foreign, tmp_path, axis):
     wrong = maps(tmp_path, (axis, axis.replace("true", "false")))
@@ -124,13 +127,14 @@ def test_a_unit_that_the_fmu_names_and_does_not_define_is_converted(archives, fo
     assert np.array_equal(by_name, by_statement)
 
 
-@pytest.mark.parametrize("element", ["rov_plant", "adaptive_pd", "passive_arm"])
+@pytest.mark.parametrize("element", ["rov_plant", "controller", "passive_arm"])
 def test_an_fmu_with_our_names_needs_no_map_and_changes_nothing(archives, fmus, element):
     with ssp_reader.opened(archives["station_keeping"]) as wiring:
         expected = simulate(wiring, stop_time=3.0)
         told = []
-        with with_swaps(wiring, {element: fmus[element]}, {}, told.append) as other:
-            assert np.array_equal(simulate(other, stop_time=3.0), expected)
+        component = SYSTEMS["station_keeping"].elements[element]
+        other = with_swaps(wiring, {element: fmus[component]}, {}, told.append)
+        assert np.array_equal(simulate(other, stop_time=3.0), expected)
     assert told == []
 
 
@@ -139,24 +143,23 @@ def test_groups_pair_by_their_endings_with_the_signs_of_z_down(archives, ned_pla
         rov_plant.without = ["u", "F_arm"]
         [rov_plant.variables]
         pose = { ours = "eta", z_down = true }
-        force = { ours = "adaptive_pd.tau", z_down = true }
+        force = { ours = "controller.tau", z_down = true }
         [rov_plant.constants]
         nu = 0.0
     """
-    values = {"adaptive_pd.eta_d.z": 0.3, **{name: EXACT[name] for name in EXACT if "push" not in name}}
+    values = {"controller.eta_d.z": 0.3, **{name: EXACT[name] for name in EXACT if "push" not in name}}
     values |= {f"rov_plant.push.{axis}": force for axis, force in zip("xyz", PUSH.values(), strict=True)}
     results, wiring = run(archives, {"rov_plant": ned_plant}, maps(tmp_path, text=text), values)
     assert errors(results, wiring)[-1] == pytest.approx(np.zeros(6), abs=1e-3)
     assert results["rov_plant.pose.z"][-1] == pytest.approx(-0.3, abs=1e-3)
-    estimate = [results[f"adaptive_pd.disturbance.{axis}"][-1] for axis in "XYZ"]
+    estimate = [results[f"controller.disturbance.{axis}"][-1] for axis in "XYZ"]
     assert estimate == pytest.approx(list(UP.values()), abs=0.05)
 
 
 def test_factors_of_map_and_connection_multiply(plain_gain, tmp_path):
     system = System("pair", "", {"a": "gain", "b": "gain"}, (("a.y", "b.u", {"u": -2.0}),), 0.3, {"a": {"u": 1.0}})
-    folder = Path(extract(plain_gain, tmp_path / "gain"))
-    wiring = wire(system, {"gain": folder})
-    theirs = {name: Element(name, folder, read_model_description(folder)) for name in "ab"}
+    wiring = wire(system, {"gain": plain_gain})
+    theirs = {name: Element(name, plain_gain, read_model_description(plain_gain)) for name in "ab"}
     assert simulate(wiring)["b.y"][-1] == 2 * (-2 * 3) + 1
     scaled_input = swapped(wiring, theirs["b"], SwapMap({"u": Entry("u", factor=4.0)}))
     assert simulate(scaled_input)["b.y"][-1] == 2 * (4 * -2 * 3) + 1
@@ -169,18 +172,15 @@ def test_factors_of_map_and_connection_multiply(plain_gain, tmp_path):
 def test_constants_reach_their_receivers(archives, foreign, tmp_path):
     told = maps(tmp_path, ("nu = 0.0", '"nu.u" = 0.25\nnu = 0.5'), ('"eta.phi" = 0.0', '"eta.phi" = 0.01'))
     _, wiring = run(archives, {"rov_plant": foreign}, told, stop_time=0.3)
-    values = [wiring.value(end) for end in ("adaptive_pd.nu_m.u", "adaptive_pd.nu_m.v", "passive_arm.eta.phi")]
+    values = [wiring.value(end) for end in ("controller.nu_m.u", "controller.nu_m.v", "passive_arm.eta.phi")]
     assert values == [0.25, 0.5, 0.01]
 
 
 def test_what_the_fmu_has_no_place_for_is_told_in_a_line(archives, foreign, tmp_path):
     told = []
-    some = maps(tmp_path, ('yaw = { ours = "adaptive_pd.tau.N", z_down = true }', ""))
-    with (
-        ssp_reader.opened(archives["station_keeping"]) as wiring,
-        with_swaps(wiring, {"rov_plant": foreign}, some, told.append),
-    ):
-        pass
+    some = maps(tmp_path, ('yaw = { ours = "controller.tau.N", z_down = true }', ""))
+    with ssp_reader.opened(archives["station_keeping"]) as wiring:
+        with_swaps(wiring, {"rov_plant": foreign}, some, told.append)
     assert told == [
         "rov_plant: The map has no place for dB, F_C.*, F_A.*: the FMU's own values hold.",
         "rov_plant: Nothing feeds yaw of the FMU: the start value holds.",
@@ -193,8 +193,7 @@ def test_a_map_alone_says_which_parameters_go_to_a_stranger(archives, foreign, f
         with ssp_reader.opened(archives["station_keeping"]) as wiring:
             heavy = wiring.with_values(values or {"rov_plant.mass": 200.0, "rov_plant.eta_0.z": 0.2})
             their = maps(tmp_path, text=text) if text is not None else {}
-            with with_swaps(heavy, {"rov_plant": fmu}, their, told.append) as other:
-                return other.elements[-1].start_values, told
+            return with_swaps(heavy, {"rov_plant": fmu}, their, told.append).elements[-1].start_values, told
 
     started, told = of(foreign, MAP)
     assert started["start_east"] == -0.5
@@ -208,14 +207,11 @@ def test_a_map_alone_says_which_parameters_go_to_a_stranger(archives, foreign, f
 
 
 def test_a_set_point_that_nothing_feeds_needs_no_entry_as_no_port_does(archives, fmus, tmp_path):
-    values = {"adaptive_pd.eta_d.z": 0.3, "adaptive_pd.K_P.x": 1.0}
-    with (
-        ssp_reader.opened(archives["station_keeping"]) as wiring,
-        with_swaps(
-            wiring.with_values(values), {"adaptive_pd": fmus["adaptive_pd"]}, maps(tmp_path, text="[adaptive_pd]")
-        ) as other,
-    ):
-        assert (other.value("adaptive_pd.eta_d.z"), other.value("adaptive_pd.K_P.x")) == (0.3, 80.0)
+    values = {"controller.eta_d.z": 0.3, "controller.K_P.x": 1.0}
+    with ssp_reader.opened(archives["station_keeping"]) as wiring:
+        mapped = maps(tmp_path, text="[controller]")
+        other = with_swaps(wiring.with_values(values), {"controller": fmus["adaptive_pd"]}, mapped)
+        assert (other.value("controller.eta_d.z"), other.value("controller.K_P.x")) == (0.3, 80.0)
 
 
 def test_start_values_without_a_place_are_told_by_group(archives, foreign, fmus, tmp_path):
@@ -223,8 +219,7 @@ def test_start_values_without_a_place_are_told_by_group(archives, foreign, fmus,
     names = [v.name for v in read_model_description(fmus["rov_plant"]).modelVariables if v.causality == "parameter"]
     with ssp_reader.opened(archives["station_keeping"]) as wiring:
         full = wiring.with_values({f"rov_plant.{name}": wiring.value(f"rov_plant.{name}") for name in names})
-        with with_swaps(full, {"rov_plant": foreign}, maps(tmp_path), told.append):
-            pass
+        with_swaps(full, {"rov_plant": foreign}, maps(tmp_path), told.append)
     (line,) = told
     listed = re.search("no place for (.*): the FMU's own values hold", line).group(1).split(", ")
     assert len(names) > 90
@@ -242,18 +237,16 @@ def test_z_down_turns_what_has_a_direction_alone(archives, fmus, tmp_path):
             {f"rov_plant.{name}": 1.0 for name in names} | {"rov_plant.thruster[1].enabled": False}
         )
         text = f"[rov_plant.variables]\n{entries}\n"
-        with with_swaps(ones, {"rov_plant": fmus["rov_plant"]}, maps(tmp_path, text=text)) as other:
-            assert {name: other.value(f"rov_plant.{name}") for name in names} == names
-            assert other.value("rov_plant.thruster[1].enabled") is False
+        other = with_swaps(ones, {"rov_plant": fmus["rov_plant"]}, maps(tmp_path, text=text))
+        assert {name: other.value(f"rov_plant.{name}") for name in names} == names
+        assert other.value("rov_plant.thruster[1].enabled") is False
 
 
 def test_an_angle_whose_unit_nobody_tells_is_told_to_be_taken_as_ours(archives, foreign, tmp_path):
     def told(text):
         lines = []
-        with (
-            ssp_reader.opened(archives["station_keeping"]) as wiring,
-            with_swaps(wiring, {"rov_plant": foreign}, maps(tmp_path, text=text), lines.append),
-        ):
+        with ssp_reader.opened(archives["station_keeping"]) as wiring:
+            with_swaps(wiring, {"rov_plant": foreign}, maps(tmp_path, text=text), lines.append)
             return [line for line in lines if "unit" in line]
 
     both = "rov_plant: The FMU declares no unit for heading, start_heading: taken as rad."
@@ -261,22 +254,15 @@ def test_an_angle_whose_unit_nobody_tells_is_told_to_be_taken_as_ours(archives, 
     assert told(MAP) == told(MAP.replace('unit = "deg"', "factor = 57.3")) == []
 
 
-def test_a_swapped_system_has_a_name_of_its_own(archives, fmus, foreign, tmp_path):
-    both = {"rov_plant": foreign, "adaptive_pd": fmus["adaptive_pd"]}
-    _, wiring = run(archives, both, maps(tmp_path), stop_time=0.3)
-    assert wiring.name == "station_keeping_ForeignRov_adaptive_pd"
-    assert run(archives, {}, {}, stop_time=0.3)[1].name == "station_keeping"
-
-
 def test_a_map_for_an_element_of_another_system_tells_the_elements_of_this_one(fmus, foreign, tmp_path):
-    folders = {name: Path(extract(fmu, tmp_path / name)) for name, fmu in fmus.items()}
-    with (
-        pytest.raises(WiringError) as caught,
-        with_swaps(wire(holding("bluerov2"), folders), {"rov_plant": foreign}, maps(tmp_path)),
-    ):
-        pass
-    what = "but there is no element adaptive_pd in the system, which has scenario, passive_arm, controller, rov_plant."
-    assert f"rov_plant: The map names adaptive_pd.tau.X, {what}" in caught.value.problems
+    wiring = wire(holding("bluerov2"), fmus)
+    strange = maps(tmp_path, ('"controller.tau.X"', '"regulator.tau.X"'), ('"controller.tau.Y"', '"adaptive_pd.tau.Y"'))
+    with pytest.raises(WiringError) as caught:
+        with_swaps(wiring, {"rov_plant": foreign}, strange)
+    what = "but there is no element regulator in the system, which has scenario, passive_arm, controller, rov_plant."
+    assert any(f"The map names regulator.tau.X, {what}" in problem for problem in caught.value.problems)
+    cure = "There is no element adaptive_pd: adaptive_pd is the FMU of controller; write controller.tau.Y."
+    assert f"rov_plant: The map names adaptive_pd.tau.Y. {cure}" in caught.value.problems
 
 
 def test_an_unknown_element_is_told_before_the_map_that_is_left_over(archives, foreign, tmp_path):
@@ -292,7 +278,7 @@ def test_a_controller_with_another_name_for_its_set_point_is_assessed_against_ze
     content = archive.read(fmus["adaptive_pd"])
     text = content["modelDescription.xml"].replace(b'name="eta_d.', b'name="target.')
     archive.write(tmp_path / "renamed.fmu", {**content, "modelDescription.xml": text})
-    renamed = run(archives, {"adaptive_pd": tmp_path / "renamed.fmu"}, {}, stop_time=3.0)
+    renamed = run(archives, {"controller": tmp_path / "renamed.fmu"}, {}, stop_time=3.0)
     note = "No element has inputs eta_d: the errors are those from a set-point of 0."
     assert note in report(*renamed)
     assert note not in report(*run(archives, {}, {}, stop_time=3.0))
@@ -300,16 +286,15 @@ def test_a_controller_with_another_name_for_its_set_point_is_assessed_against_ze
 
 def test_several_elements_are_swapped_one_after_the_other(archives, fmus, foreign, tmp_path):
     results, wiring = run(
-        archives, {"rov_plant": foreign, "adaptive_pd": fmus["adaptive_pd"]}, maps(tmp_path), EXACT, 3.0
+        archives, {"rov_plant": foreign, "controller": fmus["adaptive_pd"]}, maps(tmp_path), EXACT, 3.0
     )
     alone, _ = run(archives, {"rov_plant": foreign}, maps(tmp_path), EXACT, 3.0)
     assert np.array_equal(results, alone)
-    assert [element.name for element in wiring.elements] == ["passive_arm", "adaptive_pd", "rov_plant"]
+    assert [element.name for element in wiring.elements] == ["passive_arm", "controller", "rov_plant"]
 
 
 def test_a_swap_leaves_the_system_as_it_was(archives, foreign, tmp_path):
-    folder = Path(extract(foreign, tmp_path / "foreign"))
-    theirs = Element("rov_plant", folder, read_model_description(folder), {"mass": 90.0})
+    theirs = Element("rov_plant", foreign, read_model_description(foreign), {"mass": 90.0})
     with ssp_reader.opened(archives["station_keeping"]) as wiring:
         before = (wiring.links, [dict(element.start_values) for element in wiring.elements])
         other = swapped(wiring, theirs, maps(tmp_path)["rov_plant"])
@@ -326,12 +311,12 @@ def test_without_a_map_every_open_connection_is_told_with_the_cure(archives, for
                 "give a constant ([rov_plant.constants])",
             ),
             (
-                "nothing for nu.u, nu.v, nu.w, nu.p, nu.q, nu.r, which adaptive_pd receives",
+                "nothing for nu.u, nu.v, nu.w, nu.p, nu.q, nu.r, which controller receives",
                 "give a constant ([rov_plant.constants])",
             ),
             ("no place for F_arm.x, F_arm.y, F_arm.z, which passive_arm feeds", "name it in [rov_plant] without"),
             (
-                f"no place for {', '.join(f'u[{i}]' for i in range(1, 9))}, which adaptive_pd feeds",
+                f"no place for {', '.join(f'u[{i}]' for i in range(1, 9))}, which controller feeds",
                 "name it in [rov_plant] without",
             ),
         )
@@ -345,14 +330,14 @@ WRONG_SWAPS = {
         "The map names norht, which the FMU has not. Did you mean",
     ),
     "unknown ours": ('"eta.x"', '"eta.w"', "The map names eta.w, which is neither a variable of rov_plant nor an outp"),
-    "unknown source": ('"adaptive_pd.tau.X"', '"adaptive_pd.tau.W"', "Did you mean adaptive_pd.tau.Z"),
-    "own output into input": ('"adaptive_pd.tau.X"', '"tau.X"', "has surge, of causality input, for tau.X, of causal"),
+    "unknown source": ('"controller.tau.X"', '"controller.tau.W"', "Did you mean controller.tau.Z"),
+    "own output into input": ('"controller.tau.X"', '"tau.X"', "has surge, of causality input, for tau.X, of causal"),
     "input as source": (
-        '"adaptive_pd.tau.X"',
-        '"adaptive_pd.eta_d.x"',
-        "adaptive_pd.eta_d.x is of causality input, not",
+        '"controller.tau.X"',
+        '"controller.eta_d.x"',
+        "controller.eta_d.x is of causality input, not",
     ),
-    "parameter as target": ('surge = "adap', 'mass = "adap', "rov_plant.mass is of causality parameter, not input"),
+    "parameter as target": ('surge = "cont', 'mass = "cont', "rov_plant.mass is of causality parameter, not input"),
     "ours twice": ('"eta.x"', '"eta.y"', "The map has eta.y twice: as north and as east."),
     "mapped and constant": ("nu = 0.0", 'nu = 0.0\n"eta.x" = 0.0', "has eta.x both as north and as left out"),
     "group for one": ('"eta.x"', '"eta"', "The map has north for eta, which has nothing for north."),
@@ -397,11 +382,11 @@ def test_a_variable_of_theirs_stands_for_one_of_ours_alone(archives, ned_plant, 
 
 
 def test_a_start_value_that_is_no_number_takes_no_factor(archives, fmus, tmp_path):
-    text = '[adaptive_pd.variables]\nadaptation = { ours = "adaptation", factor = -1 }\n'
+    text = '[controller.variables]\nadaptation = { ours = "adaptation", factor = -1 }\n'
     with pytest.raises(WiringError) as caught:
-        run(archives, {"adaptive_pd": fmus["adaptive_pd"]}, maps(tmp_path, text=text), system="station_keeping_pd")
+        run(archives, {"controller": fmus["adaptive_pd"]}, maps(tmp_path, text=text), system="station_keeping_pd")
     assert caught.value.problems == [
-        "adaptive_pd: adaptation, a Boolean, cannot be set as -1 of adaptation, a Boolean."
+        "controller: adaptation, a Boolean, cannot be set as -1 of adaptation, a Boolean."
     ]
 
 
@@ -411,14 +396,14 @@ def test_a_boolean_takes_no_factor_and_its_constant_is_one(archives, plain_gain,
     text += '[passive_arm]\nwithout = ["eta"]\n'
     told = refused(archives, {"passive_arm": plain_gain}, maps(tmp_path, text=text))
     assert told == [
-        "Connection passive_arm.started -> adaptive_pd.eta_m_valid: the factor -1 is not for a Boolean, or not finite."
+        "Connection passive_arm.started -> controller.eta_m_valid: the factor -1 is not for a Boolean, or not finite."
     ]
     text = text.replace('started = { ours = "eta_m_valid", factor = -1 }', "")
     number, switch = (f"{text.replace('F_arm = 0.0', f'F_arm = 0.0{chr(10)}eta_m_valid = {v}')}" for v in ("1", "true"))
     told = refused(archives, {"passive_arm": plain_gain}, maps(tmp_path, text=number))
     assert told == ["passive_arm: The constant 1 is not for eta_m_valid, a Boolean."]
     _, wiring = run(archives, {"passive_arm": plain_gain}, maps(tmp_path, text=switch), stop_time=0.3)
-    assert wiring.value("adaptive_pd.eta_m_valid") is True
+    assert wiring.value("controller.eta_m_valid") is True
 
 
 WRONG_TOML = {
@@ -480,7 +465,8 @@ def test_the_command_runs_the_guides_example(archives, foreign, tmp_path):
     table = {line.split()[0]: line.split() for line in done.output.splitlines() if line.endswith(("mm", "deg"))}
     assert set(table) >= {"x", "y", "z", "psi"}
     assert all(abs(float(table[axis][2])) < 5.0 for axis in "xyz")
-    assert (tmp_path / "station_keeping_ForeignRov.png").read_bytes().startswith(b"\x89PNG")
+    (picture,) = tmp_path.glob("station_keeping+rov_plant=ForeignRov-*.png")
+    assert picture.read_bytes().startswith(b"\x89PNG")
     done = call(
         "compare", "station_keeping", "station_keeping_pd", *swap, "--stop-time", 0.3, "--output", tmp_path / "c.png"
     )
@@ -489,14 +475,9 @@ def test_the_command_runs_the_guides_example(archives, foreign, tmp_path):
 
 def test_python_swaps_as_the_command_does(archives, foreign, tmp_path):
     (tmp_path / "map.toml").write_text(MAP)
-    results, _ = session.run(
-        archives["station_keeping"],
-        swaps={"rov_plant": foreign},
-        map_=tmp_path / "map.toml",
-        stop_time=0.3,
-        folder=tmp_path,
-    )
-    assert "rov_plant.depth" in results.dtype.names
+    changes = Changes({"rov_plant": foreign}, swap_map.read(tmp_path / "map.toml"))
+    done = run_system(SYSTEMS["station_keeping"], changes, stop_time=0.3, folder=tmp_path)
+    assert "rov_plant.depth" in done.results.dtype.names
 
 
 def test_what_cannot_be_swapped_ends_with_a_line_for_each_reason(archives, fmus, foreign, plain_gain, tmp_path):
@@ -505,12 +486,16 @@ def test_what_cannot_be_swapped_ends_with_a_line_for_each_reason(archives, fmus,
     map_ = ("--map", tmp_path / "map.toml")
     for arguments, reason in (
         (["--swap", foreign], "expected ELEMENT=FMU, got"),
-        (["--swap", "a=b", "--swap", "a=c"], "a is swapped twice"),
+        (["--swap", "a=b", "--swap", "a=c"], "a stands twice, as b and as c: leave one out"),
         (["--swap", "rov_plant=none.fmu"], "rov_plant: none.fmu is not a readable FMU"),
         (["--swap", f"rov_plant={tmp_path / 'no.fmu'}"], "no.fmu is not a readable FMU"),
         (["--swap", f"rov_plnt={foreign}"], "There is no element rov_plnt. Did you mean rov_plant?"),
-        (list(map_), "The map is for rov_plant, which is not swapped."),
-        (["--swap", f"adaptive_pd={fmus['adaptive_pd']}", *map_], "The map is for rov_plant, which is not swapped."),
+        (list(map_), "--map tells how the FMUs of --swap take their places: name one by --swap."),
+        (["--swap", f"controller={fmus['adaptive_pd']}", *map_], "The map is for rov_plant, which is not swapped."),
+        (
+            ["--swap", f"adaptive_pd={fmus['adaptive_pd']}"],
+            "There is no element adaptive_pd: adaptive_pd is the FMU of controller; write controller.",
+        ),
         (["--swap", f"rov_plant={foreign}", "--map", tmp_path / "none.toml"], "none.toml"),
         (["--swap", f"rov_plant={foreign}", *map_, "--set", "rov_plant.dB=1"], "There is no variable rov_plant.dB"),
     ):

@@ -6,7 +6,6 @@ import pytest
 from rov_cosim.master.simulation import simulate
 from rov_cosim.study.campaign import Cell, run_all, wired
 from rov_cosim.study.nominal import DoesNotApplyError
-from rov_cosim.study.session import project_root
 from rov_cosim.study.troubles import ONSET, TROUBLES
 from rov_cosim.systems.fleet import VEHICLES
 
@@ -15,8 +14,7 @@ VEHICLE = "bluerov2"
 
 @pytest.fixture(scope="module")
 def papers(fmus):
-    with wired(project_root(), ["hoang_kreuzer"], ["adaptive_pd"]) as loops:
-        yield loops["hoang_kreuzer", "adaptive_pd"]
+    return wired(["hoang_kreuzer"], ["adaptive_pd"])["hoang_kreuzer", "adaptive_pd"]
 
 
 @pytest.mark.parametrize("name", [name for name in TROUBLES if name != "still_water"])
@@ -119,18 +117,18 @@ def test_the_other_troubles_are_for_vehicles_that_differ_from_the_papers(papers,
 
 def test_a_reversed_thruster_runs_away_where_more_than_half_of_a_direction_is_its_own(fmus):
     # With the share h of the direction of its own thrust, reversed, the loop's gain in it is 1 - 2 h.
-    with wired(project_root(), list(VEHICLES), ["pid"]) as loops:
-        scores = run_all(loops, ["thruster_reversed"], jobs=2).scores
-        for (vehicle, _), wiring in loops.items():
-            r, d = (
-                np.array([[wiring.value(f"rov_plant.thruster[{i}].{g}.{a}") for a in "xyz"] for i in range(1, 9)])
-                for g in "rd"
-            )
-            on = np.array([wiring.value(f"rov_plant.thruster[{i}].enabled") for i in range(1, 9)])
-            B = (np.hstack([d, np.cross(r, d)])[on] * [1, 1, 1, 0, 0, 1]).T
-            h = (np.linalg.pinv(B) @ B)[0, 0]
-            lost = scores[Cell(vehicle, "pid", "thruster_reversed")].verdict == "lost"
-            assert lost == (1 - 2 * h < 0)
+    loops = wired(list(VEHICLES), ["pid"])
+    scores = run_all(loops, ["thruster_reversed"], jobs=2).scores
+    for (vehicle, _), wiring in loops.items():
+        r, d = (
+            np.array([[wiring.value(f"rov_plant.thruster[{i}].{g}.{a}") for a in "xyz"] for i in range(1, 9)])
+            for g in "rd"
+        )
+        on = np.array([wiring.value(f"rov_plant.thruster[{i}].enabled") for i in range(1, 9)])
+        B = (np.hstack([d, np.cross(r, d)])[on] * [1, 1, 1, 0, 0, 1]).T
+        h = (np.linalg.pinv(B) @ B)[0, 0]
+        lost = scores[Cell(vehicle, "pid", "thruster_reversed")].verdict == "lost"
+        assert lost == (1 - 2 * h < 0)
 
 
 def test_the_limits_of_saturation_are_about_what_holding_takes(loop):

@@ -28,17 +28,17 @@ def system(*transformation):
     return System(
         "ned",
         "A plant of another tool",
-        {"plant": "ned_plant", "adaptive_pd": "adaptive_pd"},
+        {"plant": "ned_plant", "controller": "adaptive_pd"},
         (
-            ("plant.pose", "adaptive_pd.eta_m", *transformation),
-            ("plant.valid", "adaptive_pd.eta_m_valid"),
-            ("adaptive_pd.tau", "plant.force", *transformation),
+            ("plant.pose", "controller.eta_m", *transformation),
+            ("plant.valid", "controller.eta_m_valid"),
+            ("controller.tau", "plant.force", *transformation),
         ),
         120.0,
         {
             "plant": {f"push.{axis}": force for axis, force in PUSH.items()},
             # Without an arm's force the yaw is corrected through the umbilical alone: quick gains, for a short run.
-            "adaptive_pd": {
+            "controller": {
                 **{f"eta_d.{axis}": value for axis, value in SET_POINT.items()},
                 **{f"Gamma.{force}": 100.0 for force in FORCES},
             },
@@ -106,7 +106,7 @@ def test_the_controller_holds_a_plant_that_counts_z_downwards(ned_fmus, tmp_path
     # Held still, the estimate is the push, in axes with z up and turned to the body.
     up = np.array([Z_DOWN.get(axis, 1.0) * force for axis, force in PUSH.items()])
     body = rotation(np.array([0.0, 0.0, SET_POINT["psi"]])).T @ up
-    estimated = [results[f"adaptive_pd.disturbance.{axis}"][-1] for axis in "XYZ"]
+    estimated = [results[f"controller.disturbance.{axis}"][-1] for axis in "XYZ"]
     assert estimated == pytest.approx(body, abs=0.05)
 
 

@@ -137,7 +137,9 @@ class _Swap:
             what = f"which is neither a variable of {self.our.name} nor an output of another element"
             if variable and is_ours and not self.our.group(other):
                 what = f"but there is no element {other} in the system, which has {', '.join(self.elements)}"
-            self._problem(f"The map names {entry.ours}, {what}.{suggestion(entry.ours, known)}")
+            by_fmu = self.wiring.no_element(other, f".{variable}") if variable and is_ours else ""
+            told = f". {by_fmu}" if by_fmu else f", {what}.{suggestion(entry.ours, known)}"
+            self._problem(f"The map names {entry.ours}{told}")
         for suffix, their in theirs.items() if ours else ():
             if their in mapped:
                 self._problem(f"The map has {their} twice.")

@@ -144,6 +144,8 @@ class Wiring:
         `after` is what follows the name in what the user meant.
         """
         found = [element.name for element in self.elements if element.description.modelName == name]
+        if name in [element.name for element in self.elements]:
+            return ""
         wanted = " or ".join(f"{element}{after}" for element in found)
         return f"There is no element {name}: {name} is the FMU of {found[0]}; write {wanted}." if found else ""
 
