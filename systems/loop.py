@@ -59,6 +59,12 @@ def scenario_loop(
     )
 
 
+def controller_in(system: System) -> str:
+    """Return what controls a system of this loop: a component, or pd for the adaptive one without adaptation."""
+    adapts = system.parameters.get(CONTROLLER, {}).get("adaptation", True)
+    return system.elements[CONTROLLER] if adapts else "pd"
+
+
 def without_adaptation(system: System, name: str, description: str) -> System:
     """Return the same system with the controller's adaptation off: the paper's PD comparison."""
     controller = {**system.parameters.get(CONTROLLER, {}), "adaptation": False}

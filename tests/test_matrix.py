@@ -163,10 +163,10 @@ def test_the_command_writes_tables_and_picture(loops, tmp_path):
 def test_a_cell_can_be_run_and_looked_at_alone(archives, small, tmp_path):
     done = call("run", f"{VEHICLE}_pid", "--trouble", "delay_5", "--output", tmp_path)
     assert done.exit_code == 0, done.output
-    with open(tmp_path / f"{VEHICLE}_pid_delay_5.csv") as file:
+    with open(tmp_path / f"{VEHICLE}_pid+delay_5.csv") as file:
         x = np.array([float(row["rov_plant.eta.x"]) for row in csv.DictReader(file)])
     found = small.scores[Cell(VEHICLE, "pid", "delay_5")]
-    assert f"verdict over the last 60 s: {found.verdict}" in done.output
+    assert f"verdict: {found.verdict}" in done.output
     assert len(x) == round(STOP_TIME / 0.03) + 1
     assert abs(x[-2000:].mean()) <= found.mean + 1e-6
 
@@ -194,14 +194,28 @@ def test_bad_input_ends_with_a_reason(archives, tmp_path, arguments, reason):
 
 
 @pytest.mark.slow
-def test_ctrl_c_ends_the_command_with_the_scores_so_far(fmus, tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_order_to_end_keeps_the_scores_so_far_and_leaves_no_process(fmus, tmp_path, number):
     command = [sys.executable, "-m", "rov_cosim.cli.main", "matrix", "--jobs", "2", "--output", str(tmp_path)]
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
     process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command,
+        env={**os.environ, "TMPDIR": str(temporary)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     )
     time.sleep(15.0)
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the parent and to its processes
+    if number == signal.SIGINT:
+        os.killpg(process.pid, number)  # as a terminal does: to the parent and to its processes
+    else:
+        process.terminate()
     _, told = process.communicate(timeout=60)
+    assert not list(temporary.iterdir())
+    with pytest.raises(ProcessLookupError):  # nobody of the group is left
+        os.killpg(process.pid, 0)
     assert process.returncode == 1
     assert "The results so far are in" in told
     assert "Traceback" not in told

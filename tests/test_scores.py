@@ -28,7 +28,7 @@ def moved(results, axis, values):
 @pytest.mark.parametrize("axis", ["x", "z", "psi"])
 def test_the_verdict_follows_the_stated_rules(still, loop, axis):
     t = still["time"]
-    wave = np.sqrt(2) * np.sin(2 * np.pi * t / 5.0)  # of root mean square 1
+    wave = np.sqrt(2) * np.sin(2 * np.pi * t / 3.0)  # of root mean square 1
     assert score(still, loop).verdict == "held"
     for factor, bound in ((0.9, "held"), (1.1, "offset")):
         assert score(moved(still, axis, factor * OFFSET[axis]), loop).verdict == bound
@@ -37,7 +37,7 @@ def test_the_verdict_follows_the_stated_rules(still, loop, axis):
     for factor, bound in ((0.9, "oscillates"), (1.1, "lost")):
         once = np.where(t > t[-1] - 5.0, factor * LOST[axis], 0.0)
         assert score(moved(still, axis, once), loop).verdict == bound
-    for since, verdict in ((61.0, "held"), (59.0, "lost")):  # what was before the last 60 s does not count
+    for since, verdict in ((19.0, "held"), (17.0, "lost")):  # what was before the last fifth does not count
         before = np.where(t < t[-1] - since, 2 * LOST[axis], 0.0)
         assert score(moved(still, axis, before), loop).verdict == verdict
 
@@ -51,18 +51,36 @@ def test_a_vehicle_that_lies_on_its_side_is_lost(still, loop):
 
 
 def test_settling_is_that_of_the_last_axis_and_none_if_it_lasts_into_the_hold(still, loop):
-    t = still["time"]  # up to 90 s, so that the hold begins at 30 s
+    t = still["time"]  # up to 90 s, so that the hold begins at 72 s
     both = moved(moved(still, "y", np.where(t < 10.0, 0.1, 0.0)), "psi", np.where(t < 20.0, 0.1, 0.0))
     assert score(both, loop).settling == pytest.approx(20.0, abs=0.031)
-    assert score(moved(both, "z", np.where(t < 31.0, 0.021, 0.0)), loop).settling is None
+    assert score(moved(both, "z", np.where(t < 73.0, 0.021, 0.0)), loop).settling is None
 
 
 def test_a_vehicle_whose_measurement_is_gone_is_lost(still, loop):
     gone = still.copy()
     gone["passive_arm.eta_m_valid"][-200:] = False
-    assert (score(gone, loop).verdict, score(gone, loop).reason) == ("lost", "the arm does not measure at the end")
+    assert str(score(gone, loop)) == "lost at 84.03 s: the arm does not measure at the end"
+    away = gone.copy()
+    away["passive_arm.attached"][-200:] = False
+    assert str(score(away, loop)) == "lost at 84.03 s: the arm is out of reach"
     gone["passive_arm.eta_m_valid"][-1] = True  # a lost sample now and then is no loss of the vehicle
     assert score(gone, loop).verdict == "held"
+
+
+def test_a_loss_is_told_from_its_begin(still, loop):
+    t = still["time"]
+    far = np.where((t > 20.0) & (t < 30.0), 2.0, np.where(t > 60.0, 0.5 + (t - 60.0) / 10.0, 0.0))
+    found = score(moved(still, "y", far), loop)
+    assert (found.lost_at, found.reason) == (pytest.approx(65.0, abs=0.031), "y beyond 1 m or 90 deg")
+    failed = score(still[:100], loop, "rov_plant: The step fails.")
+    assert str(failed) == "lost at 2.97 s: rov_plant: The step fails."
+
+
+@pytest.mark.parametrize("rows", [1, 2, 11])
+def test_a_run_of_any_length_has_a_verdict(still, loop, rows):
+    assert score(still[:rows], loop).verdict == "held"
+    assert score(moved(still, "x", 0.02)[:rows], loop).verdict == "offset"
 
 
 def test_a_score_has_the_figures_of_the_hold(still, loop):
@@ -70,7 +88,7 @@ def test_a_score_has_the_figures_of_the_hold(still, loop):
     swaying = moved(moved(still, "x", 0.003 + 0.004 * np.sin(2 * np.pi * t)), "psi", 0.01)
     for i in range(1, 9):
         swaying[f"controller.u[{i}]"] = 2.0
-    swaying["controller.saturated"] = t > t[-1] - 15.0
+    swaying["controller.saturated"] = t > t[-1] - 4.5
     for axis in "XYZN":
         swaying[f"controller.disturbance.{axis}"] = 3.0
         swaying[f"rov_plant.disturbance.{axis}"] = 1.0

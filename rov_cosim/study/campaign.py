@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 from ..errors import UserError
 from ..master.simulation import SimulationError, simulate
 from ..master.unpacked import Folders, unpacked
-from ..ssp.declaration import wire
+from ..ssp.declaration import System, wire
 from ..ssp.wiring import Wiring, WiringError
 from ..systems.fleet import holding
+from ..systems.loop import controller_in
 from .archives import built
 from .changes import Changes
 from .nominal import DoesNotApplyError
@@ -25,7 +26,7 @@ from .troubles import TROUBLES
 
 
 class Cell(NamedTuple):
-    """One run of the campaign."""
+    """One run of the campaign; `vehicle` is one of `fleet.VEHICLES`, or the name of a system."""
 
     vehicle: str
     controller: str
@@ -57,8 +58,11 @@ def wired(
     controllers: Sequence[str],
     changes: Changes | None = None,
     warn: Callable[[str], None] = lambda message: None,
+    systems: Sequence[System] = (),
 ) -> Loops:
-    """Return the loop of each vehicle with each controller, with native FMUs, which are built first, and changes in it.
+    """Return the loop of each vehicle with each controller, and those of further systems, with changes in them.
+
+    Their FMUs are native ones, built first.
 
     Raises
     ------
@@ -66,8 +70,9 @@ def wired(
     WiringError : a vehicle's file or a change is wrong.
     """
     changes, once = changes or Changes(), cache(warn)  # the same for every loop
-    systems = {pair: holding(*pair) for pair in product(vehicles, controllers)}
-    return {pair: changes.applied(wire(system, built(system)), once) for pair, system in systems.items()}
+    loops = {pair: holding(*pair) for pair in product(vehicles, controllers)}
+    loops |= {(system.name, controller_in(system)): system for system in systems}
+    return {pair: changes.applied(wire(system, built(system)), once) for pair, system in loops.items()}
 
 
 def run_all(

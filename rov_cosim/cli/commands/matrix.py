@@ -16,6 +16,7 @@ from ...study.runs import results_folder
 from ...study.score_table import write_scores
 from ...study.scores import VERDICTS
 from ...study.troubles import TROUBLES
+from ...systems.catalogue import SYSTEMS
 from ...systems.fleet import CONTROLLERS, VEHICLES
 from .. import options
 
@@ -31,6 +32,7 @@ def _some(name: str, known: Iterable[str]) -> Callable[[Callable[..., None]], Ca
 @_some("vehicle", VEHICLES)
 @_some("controller", CONTROLLERS)
 @_some("trouble", TROUBLES)
+@_some("system", SYSTEMS)
 @options.changes_but_troubles
 @click.option(
     "--jobs", type=click.IntRange(min=1), default=os.cpu_count() or 1, help="Processes; one a core if left out."
@@ -43,6 +45,7 @@ def command(
     vehicles: tuple[str, ...],
     controllers: tuple[str, ...],
     troubles: tuple[str, ...],
+    systems: tuple[str, ...],
     changes: Changes,
     jobs: int,
     output: Path | None,
@@ -51,13 +54,13 @@ def command(
     """Run every vehicle with every controller in every trouble, and tell which held it."""
     folder = (output or results_folder()).absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    chosen = vehicles or tuple(VEHICLES), controllers or CONTROLLERS
+    chosen = vehicles or (() if systems else tuple(VEHICLES)), controllers or CONTROLLERS
     swapped = [f"{element} is {fmu.name}" for element, fmu in changes.swaps.items()]
     note = "; ".join([*swapped, *(f"{name} = {value}" for name, value in changes.values.items())])
     # A part must not take the place of the whole.
-    stem = "matrix_part" if note or vehicles or controllers or troubles else "matrix"
+    stem = "matrix_part" if note or vehicles or controllers or troubles or systems else "matrix"
     with counted() as warn:
-        loops = wired(*chosen, changes, warn)
+        loops = wired(*chosen, changes, warn, [SYSTEMS[name] for name in systems])
     try:
         found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress)
     except CampaignError as error:
@@ -66,7 +69,7 @@ def command(
     if not found.scores:
         raise click.ClickException(f"No trouble applies: {' '.join(dict.fromkeys(found.left_out.values()))}")
     _write(found, folder / stem, note)
-    for controller in chosen[1]:
+    for controller in dict.fromkeys(controller for _, controller in loops):
         counts = Counter(score.verdict for cell, score in found.scores.items() if cell.controller == controller)
         click.echo(f"{controller:12} {', '.join(f'{counts[verdict]} {verdict}' for verdict in VERDICTS)}")
     if found.left_out:
