@@ -72,7 +72,7 @@ def test_the_tables_hold_every_cell(small, tmp_path):
     for row, found in zip(rows, small.scores.values(), strict=True):
         assert row["verdict"] == found.verdict
         assert float(row["rms"]) == pytest.approx(found.rms, rel=1e-5)
-    page = campaign_tables.markdown(small, "as a test")
+    page = campaign_tables.markdown(small, "rov-cosim matrix", "matrix.svg", "as a test")
     assert "as a test" in page
     found = small.scores[Cell(VEHICLE, "pd", "still_water")]
     cells = [cell.strip() for cell in re.search(r"^\| still_water \|(.*)\|$", page, re.M).group(1).split("|")]
@@ -127,7 +127,7 @@ def test_the_page_has_the_verdicts_of_the_matrix_and_each_failure_is_explained(f
         return re.sub(r", [\d., a-z]*(?= \|)", "", text)
 
     page = (project_root() / "systems" / "MATRIX.md").read_text()
-    assert verdicts(campaign_tables.markdown(matrix)) == verdicts(page)
+    assert verdicts(campaign_tables.markdown(matrix, "", "")) == verdicts(page)
     told = (project_root() / "systems" / "FLEET.md").read_text().partition("## Why each trouble fails")[2]
     explained = {name for row in re.findall(r"^- (`.*?`):", told, re.M) for name in re.findall(r"`(\w+)`", row)}
     if {"delay_7", "delay_10"} <= explained:
@@ -156,7 +156,7 @@ def test_the_command_writes_tables_and_picture(loops, tmp_path):
     done = call("matrix", *some, "--jobs", 1, "--set", "passive_arm.seed=3", "--output", tmp_path)
     assert done.exit_code == 0, done.output
     assert "adaptive_pd  1 held, 1 offset, 0 oscillates, 0 lost" in done.output
-    assert {path.name for path in tmp_path.iterdir()} == {f"matrix_part.{end}" for end in ("csv", "md", "png")}
+    assert {path.name for path in tmp_path.iterdir()} == {f"matrix_part.{end}" for end in ("csv", "md", "png", "svg")}
     assert "passive_arm.seed = 3" in (tmp_path / "matrix_part.md").read_text()
 
 

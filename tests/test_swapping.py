@@ -385,9 +385,7 @@ def test_a_start_value_that_is_no_number_takes_no_factor(archives, fmus, tmp_pat
     text = '[controller.variables]\nadaptation = { ours = "adaptation", factor = -1 }\n'
     with pytest.raises(WiringError) as caught:
         run(archives, {"controller": fmus["adaptive_pd"]}, maps(tmp_path, text=text), system="station_keeping_pd")
-    assert caught.value.problems == [
-        "controller: adaptation, a Boolean, cannot be set as -1 of adaptation, a Boolean."
-    ]
+    assert caught.value.problems == ["controller: adaptation, a Boolean, cannot be set as -1 of adaptation, a Boolean."]
 
 
 def test_a_boolean_takes_no_factor_and_its_constant_is_one(archives, plain_gain, tmp_path):

@@ -55,7 +55,7 @@ def system_structure(wiring: Wiring) -> bytes:
     elements = _child(system, "ssd:Elements")
     for element in wiring.elements:
         _component(elements, element, wiring)
-    connections = _child(system, "ssd:Connections")
+    connections = _child(system, "ssd:Connections") if wiring.links else system  # the schema wants no empty list
     by_name = {element.name: element for element in wiring.elements}
     for link in wiring.links:
         source, target, factor = link

@@ -1,17 +1,14 @@
-"""The matrix on paper: CSV with every score, Markdown with a table a vehicle, a heat map to be read at a glance."""
+"""A campaign on paper: Markdown with a picture and a table a vehicle, a heat map to be read at a glance."""
 
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ..systems.fleet import CONTROLLERS, VEHICLES
 from .campaign import Campaign, Cell
+from .plots import save
 from .scores import VERDICTS, Score
 from .troubles import TROUBLES
 
@@ -21,19 +18,25 @@ _NOT_RUN = "#eeeeee"
 _HEAD = """\
 # The matrix
 
-Written by `rov-cosim matrix`. A cell has the verdict, the root mean square errors of position and yaw in hold, and the
+Written by `{command}`. A cell has the verdict, the root mean square errors of position and yaw in hold, and the
 time after which every axis stays settled; it is empty where the trouble does not apply. Rules: [FLEET.md](FLEET.md).
+
+![Verdicts by vehicle, controller and trouble]({picture})
 """
 
 
-def markdown(campaign: Campaign, note: str = "") -> str:
+def markdown(campaign: Campaign, command: str, picture: str, note: str = "") -> str:
     """Return a page with a table for each vehicle: how each controller did in each trouble.
 
-    `note` says what is not as in the systems of `fleet`.
+    Parameters
+    ----------
+    command : the command line that ran it.
+    picture : the name of the heat map.
+    note : what is not as in the systems of `fleet`.
     """
-    vehicles, controllers, troubles = _axes(campaign)
-    lines = [_HEAD, *([f"{note}\n"] if note else [])]
-    for vehicle in vehicles:
+    columns, troubles = _columns(campaign), _troubles(campaign)
+    lines = [_HEAD.format(command=command, picture=picture), *([f"{note}\n"] if note else [])]
+    for vehicle, controllers in columns.items():
         lines += [f"## {vehicle}", "", f"| | {' | '.join(controllers)} |", "|---" * (1 + len(controllers)) + "|"]
         for trouble in troubles:
             cells = [_summary(campaign.scores.get(Cell(vehicle, controller, trouble))) for controller in controllers]
@@ -51,30 +54,34 @@ def markdown(campaign: Campaign, note: str = "") -> str:
 
 
 def draw_heat_map(campaign: Campaign, path: Path, note: str = "") -> None:
-    """Write a PNG: the verdict of each cell by colour, and its root mean square errors; `note` as in `markdown`."""
-    vehicles, controllers, troubles = _axes(campaign)
-    columns = [(vehicle, controller) for vehicle in vehicles for controller in controllers]
-    found = [[campaign.scores.get(Cell(*column, trouble)) for column in columns] for trouble in troubles]
+    """Draw the verdict of each cell by colour, and its root mean square errors; `note` as in `markdown`."""
+    columns, troubles = _columns(campaign), _troubles(campaign)
+    pairs = [(vehicle, controller) for vehicle, controllers in columns.items() for controller in controllers]
+    found = [[campaign.scores.get(Cell(*pair, trouble)) for pair in pairs] for trouble in troubles]
     verdicts = np.array([[-1 if s is None else VERDICTS.index(s.verdict) for s in row] for row in found])
-    size = (2.6 + 0.75 * len(columns), 2.0 + 0.27 * len(troubles))
-    figure, panel = plt.subplots(figsize=size, layout="constrained")
-    panel.imshow(verdicts, cmap=ListedColormap([_NOT_RUN, *COLOURS]), vmin=-1, vmax=len(VERDICTS) - 1, aspect="auto")
+    figure = Figure(figsize=(2.6 + 0.75 * len(pairs), 2.0 + 0.27 * len(troubles)), layout="constrained")
+    panel = figure.subplots()
+    colours = ListedColormap([_NOT_RUN, *COLOURS])
+    panel.pcolormesh(verdicts, cmap=colours, vmin=-1, vmax=len(VERDICTS) - 1, edgecolors="white", linewidth=0.8)
+    panel.invert_yaxis()
     for i, row in enumerate(found):
         for j, score in enumerate(row):
             if score:
-                colour = "white" if score.verdict == "lost" else "black"
-                panel.text(j, i, _errors(score, "{:.0f}  {:.1f}°"), color=colour, ha="center", va="center", fontsize=7)
-    panel.set_yticks(range(len(troubles)), troubles, fontsize=8)
-    panel.set_xticks(range(len(columns)), [controller for _, controller in columns], fontsize=7, rotation=90)
+                style: dict[str, Any] = {
+                    "color": "white" if score.verdict == "lost" else "black",
+                    "ha": "center",
+                    "va": "center",
+                }
+                panel.text(j + 0.5, i + 0.5, _errors(score, "{:.0f}  {:.1f}°"), fontsize=7, **style)
+    panel.set_yticks(np.arange(len(troubles)) + 0.5, troubles, fontsize=8)
+    panel.set_xticks(np.arange(len(pairs)) + 0.5, [controller for _, controller in pairs], fontsize=7, rotation=90)
     panel.tick_params(length=0)
-    for i, vehicle in enumerate(vehicles):
-        middle = (i + 0.5) * len(controllers) - 0.5
-        panel.text(middle, -0.8, vehicle, ha="center", va="bottom", fontsize=8, weight="bold")
-        panel.axvline((i + 1) * len(controllers) - 0.5, color="white", linewidth=4)
-    panel.set_xticks(np.arange(len(columns)) - 0.5, minor=True)
-    panel.set_yticks(np.arange(len(troubles)) - 0.5, minor=True)
-    panel.grid(which="minor", color="white", linewidth=0.8)
-    panel.tick_params(which="minor", length=0)
+    begin = 0
+    for vehicle, controllers in columns.items():
+        end = begin + len(controllers)
+        panel.text((begin + end) / 2, -0.3, vehicle, ha="center", va="bottom", fontsize=8, weight="bold")
+        panel.axvline(end, color="white", linewidth=4)
+        begin = end
     for side in panel.spines.values():
         side.set_visible(False)
     handles = [Patch(color=colour) for colour in (*COLOURS, _NOT_RUN)]
@@ -82,17 +89,20 @@ def draw_heat_map(campaign: Campaign, path: Path, note: str = "") -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
     title = "Verdict, and root mean square errors in hold: position [mm], yaw"
     figure.suptitle(f"{title}\n{note}" if note else title, fontsize=10)
-    figure.savefig(path, dpi=130, metadata={"Software": None})
-    plt.close(figure)
+    save(figure, path, dpi=130)
 
 
-def _axes(campaign: Campaign) -> tuple[list[str], list[str], list[str]]:
-    """Return vehicles, controllers and troubles of a campaign, in the order in which they are declared."""
-    present = {name for cell in (*campaign.scores, *campaign.left_out) for name in cell}
-    vehicles, controllers, troubles = (
-        [n for n in names if n in present] for names in (VEHICLES, CONTROLLERS, TROUBLES)
-    )
-    return vehicles, controllers, troubles
+def _columns(campaign: Campaign) -> dict[str, list[str]]:
+    """Return the controllers of each vehicle, in the order in which they ran."""
+    columns: dict[str, list[str]] = {}
+    for vehicle, controller in dict.fromkeys(cell[:2] for cell in (*campaign.scores, *campaign.left_out)):
+        columns.setdefault(vehicle, []).append(controller)
+    return columns
+
+
+def _troubles(campaign: Campaign) -> list[str]:
+    present = {cell.trouble for cell in (*campaign.scores, *campaign.left_out)}
+    return [name for name in TROUBLES if name in present]
 
 
 def _summary(score: Score | None) -> str:

@@ -45,7 +45,7 @@ def plot_run(results: NDArray[Any], wiring: Wiring, title: str, path: Path) -> N
             panel.legend(ncols=4, fontsize="small")
         panel.set_xlabel("time [s]")
     figure.suptitle(title, fontsize=12)
-    _save(figure, path)
+    save(figure, path)
 
 
 def plot_comparison(runs: Mapping[str, Results], path: Path) -> None:
@@ -56,7 +56,7 @@ def plot_comparison(runs: Mapping[str, Results], path: Path) -> None:
     for panel in panels[1]:
         panel.set_xlabel("time [s]")
     figure.legend(*panels.flat[0].get_legend_handles_labels(), loc="outside upper center", ncols=min(len(runs), 3))
-    _save(figure, path)
+    save(figure, path)
 
 
 def _plot_errors(panels: Any, runs: Mapping[str, Results]) -> None:
@@ -75,8 +75,8 @@ def _finish(panel: Any, label: str) -> None:
     panel.grid(alpha=0.3)
 
 
-def _save(figure: Figure, path: Path) -> None:
+def save(figure: Figure, path: Path, dpi: int = 110) -> None:
+    """Write a figure as PNG or SVG; the same figure gives the same bytes."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    # Neither the date nor a random number in it: the same run gives the same bytes.
     with matplotlib.rc_context({"svg.hashsalt": "rov-cosim", "svg.fonttype": "none"}):
-        figure.savefig(path, dpi=110, metadata={"Date": None} if path.suffix == ".svg" else {"Software": None})
+        figure.savefig(path, dpi=dpi, metadata={"Date": None} if path.suffix == ".svg" else {"Software": None})

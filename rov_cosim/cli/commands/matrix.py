@@ -1,6 +1,8 @@
 """The command `rov-cosim matrix`: runs, tables and picture of vehicles, troubles and controllers."""
 
 import os
+import shlex
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -79,15 +81,17 @@ def command(
 
 
 def _write(found: Campaign, path: Path, note: str) -> None:
-
     from ...study import campaign_tables  # loads matplotlib, which takes a while
 
     if not found.scores:
         return
     write_scores(found.scores, Cell._fields, path.with_suffix(".csv"))
-    path.with_suffix(".md").write_text(campaign_tables.markdown(found, note), encoding="utf-8")
-    campaign_tables.draw_heat_map(found, path.with_suffix(".png"), note)
-    for suffix in (".csv", ".md", ".png"):
+    command = shlex.join(["rov-cosim", *sys.argv[1:]])
+    page = campaign_tables.markdown(found, command, path.with_suffix(".svg").name, note)
+    path.with_suffix(".md").write_text(page, encoding="utf-8")
+    for suffix in (".png", ".svg"):
+        campaign_tables.draw_heat_map(found, path.with_suffix(suffix), note)
+    for suffix in (".csv", ".md", ".png", ".svg"):
         click.echo(path.with_suffix(suffix))
 
 
