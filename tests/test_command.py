@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from rov_cosim.cli.main import main
 from rov_cosim.exporters.build import components
-from rov_cosim.study import session
+from rov_cosim.study import runs
 from rov_cosim.systems.catalogue import SYSTEMS
 
 ROOT = Path(__file__).parent.parent
@@ -47,18 +47,18 @@ def test_run_writes_csv_and_plot_and_prints_the_table(archives, tmp_path):
     assert "120.00 mm" in table["x"]
     assert re.search(r"41\.6\d mm", table["z"])
     assert re.search(r"^Z +0\.000 +5\.000 +N$", output, re.M)  # PD estimates nothing of the 5 N
-    with open(tmp_path / "paper_simulation_pd.csv") as file:
+    with open(tmp_path / "paper_simulation_pd+gauss-seidel+30s.csv") as file:
         rows = list(csv.reader(file))
     assert rows[0][0] == "time"
     assert "rov_plant.eta.x" in rows[0]
     assert (float(rows[1][0]), float(rows[-1][0]), len(rows)) == (0.0, 30.0, 1002)
-    assert (tmp_path / "paper_simulation_pd.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "paper_simulation_pd+gauss-seidel+30s.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_run_takes_start_values_and_any_archive(archives, tmp_path):
     for what in ("station_keeping", archives["station_keeping"]):
         ok("run", what, "--stop-time", "0.3", "--set", "rov_plant.eta_0.x=0.25", "--output", tmp_path)
-        with open(tmp_path / "station_keeping.csv") as file:
+        with open(tmp_path / "station_keeping+rov_plant.eta_0.x=0.25+0.3s.csv") as file:
             first = next(iter(csv.DictReader(file)))
         assert float(first["rov_plant.eta.x"]) == 0.25
 
@@ -116,7 +116,9 @@ def test_a_run_that_fails_midway_keeps_its_results(archives, tmp_path):
     assert done.exit_code == 1
     assert "rov_plant: The step from" in done.output
     assert "The results so far are in" in done.output
-    assert len((tmp_path / "station_keeping.csv").read_text().splitlines()) > 10
+    (kept,) = tmp_path.glob("*.csv")
+    assert len(kept.read_text().splitlines()) > 10
+    assert re.search(r"^verdict: lost at [\d.]+ s: rov_plant: The step from", done.output, re.M)
 
 
 def test_a_light_install_runs_the_pythonfmu_export_and_says_what_the_native_one_needs(tmp_path):
@@ -128,7 +130,7 @@ def test_a_light_install_runs_the_pythonfmu_export_and_says_what_the_native_one_
         "Error: The native export needs casadi: pip install 'rov-cosim[native]', or take --export pythonfmu.\n"
     )
     subprocess.run([*command, "--export", "pythonfmu"], check=True)
-    assert (tmp_path / "station_keeping.csv").is_file()
+    assert (tmp_path / "station_keeping+0.3s+pythonfmu.csv").is_file()
 
 
 def test_ctrl_c_keeps_the_results(archives, tmp_path, monkeypatch):
@@ -138,7 +140,7 @@ def test_ctrl_c_keeps_the_results(archives, tmp_path, monkeypatch):
                 os.kill(os.getpid(), signal.SIGINT)
             yield n
 
-    monkeypatch.setattr(session, "_progress", interrupted)
+    monkeypatch.setattr(runs, "_progress", interrupted)
     done = call("run", "station_keeping", "--output", tmp_path)
     assert done.exit_code == 1
     assert "Interrupted at 0.6 s. The results so far are in" in " ".join(done.output.split())

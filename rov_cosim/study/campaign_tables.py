@@ -67,12 +67,9 @@ def draw_heat_map(campaign: Campaign, path: Path, note: str = "") -> None:
     for i, row in enumerate(found):
         for j, score in enumerate(row):
             if score:
-                style: dict[str, Any] = {
-                    "color": "white" if score.verdict == "lost" else "black",
-                    "ha": "center",
-                    "va": "center",
-                }
-                panel.text(j + 0.5, i + 0.5, _errors(score, "{:.0f}  {:.1f}°"), fontsize=7, **style)
+                colour = "white" if score.verdict == "lost" else "black"
+                text = _errors(score, "{:.0f}  {:.1f}°")
+                panel.text(j + 0.5, i + 0.5, text, color=colour, ha="center", va="center", fontsize=7)
     panel.set_yticks(np.arange(len(troubles)) + 0.5, troubles, fontsize=8)
     panel.set_xticks(np.arange(len(pairs)) + 0.5, [controller for _, controller in pairs], fontsize=7, rotation=90)
     panel.tick_params(length=0)
