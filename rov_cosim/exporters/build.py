@@ -50,3 +50,9 @@ def build_fmus(root: Path, export: str = "native", platforms: Iterable[str] = ()
 def fmu_path(root: Path, name: str, export: str = "native") -> Path:
     """Return where the FMU of a component lies below `root`."""
     return root / "build" / export / f"{name}.fmu"
+
+
+def project_root() -> Path:
+    """Return the checkout that holds this package, or the current folder for an installed copy."""
+    checkout = Path(__file__).resolve().parents[2]
+    return checkout if (checkout / "pyproject.toml").is_file() else Path.cwd()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ..exporters.build import build_fmus, components, fmu_path
+from ..exporters.build import project_root as project_root
 from ..master.master import Coupling, SimulationError, jacobi, simulate
 from ..ssp import reader as ssp_reader
 from ..ssp import swap_map
@@ -23,12 +24,6 @@ from .assessment import assessable, report
 from .plots import plot_run
 from .scores import HOLD_DURATION, score
 from .troubles import TROUBLES
-
-
-def project_root() -> Path:
-    """Return the checkout that holds this package, or the current folder for an installed copy."""
-    checkout = Path(__file__).resolve().parents[2]
-    return checkout if (checkout / "pyproject.toml").is_file() else Path.cwd()
 
 
 def ssp_path(system: System, export: str = "native") -> Path:
