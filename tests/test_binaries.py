@@ -106,6 +106,38 @@ def test_a_source_that_does_not_compile_ends_the_build_with_the_compilers_words(
         zig.shared_library("broken", {"broken.c": b"int f(void) { return no_such_thing; }"}, "linux64")
 
 
+@pytest.fixture
+def no_home(monkeypatch):
+    """Take away all that tells where a home or a cache is."""
+    for variable in ("ZIG_GLOBAL_CACHE_DIR", "LOCALAPPDATA", "XDG_CACHE_HOME", "HOME"):
+        monkeypatch.delenv(variable, raising=False)
+
+
+@pytest.mark.parametrize("home", [None, "/proc/none", __file__], ids=["none", "one that cannot be made", "a file"])
+def test_the_compiler_needs_no_home(no_home, monkeypatch, tmp_path, home):
+    if home:
+        monkeypatch.setenv("HOME", home)
+    script = """
+from rov_cosim.exporters import zig
+assert zig.compiled({"f.c": b"int f(void) { return 1; }"}, zig.host_target(), "f.o", ["-c"])
+"""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_compiler_keeps_its_usual_cache_where_there_is_one(no_home, monkeypatch, tmp_path):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    zig.compiled({"f.c": b"int f(void) { return 1; }"}, zig.host_target(), "f.o", ["-c"])
+    assert any((tmp_path / ".cache" / "zig").iterdir())
+
+
+def test_a_compiler_that_does_not_end_is_ended(monkeypatch):
+    monkeypatch.setattr(zig, "TIME_LIMIT", 0.0)
+    with pytest.raises(zig.BuildError, match="does not end for x86_64-windows-gnu within 0 s"):
+        zig.compiled({"f.c": b"int f(void) { return 1; }"}, "x86_64-windows-gnu", "f.o", ["-c"])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("platform", zig.TARGETS)
 @pytest.mark.parametrize("name", NAMES)
