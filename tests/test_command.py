@@ -120,14 +120,22 @@ def test_a_run_that_fails_midway_keeps_its_results(archives, tmp_path):
 
 
 def test_a_light_install_runs_the_pythonfmu_export_and_says_what_the_native_one_needs(tmp_path):
-    script = "import sys; sys.modules['casadi'] = None; from rov_cosim.cli.main import main; main()"
+    script = """
+import sys
+from pathlib import Path
+from rov_cosim.exporters import build
+sys.modules["casadi"] = None
+build.project_root = Path  # nothing is built yet in the current folder
+from rov_cosim.cli.main import main
+main()
+"""
     command = [sys.executable, "-c", script, "run", "station_keeping", "--stop-time", "0.3", "--output", tmp_path]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr == (
         "Error: The native export needs casadi: pip install 'rov-cosim[native]', or take --export pythonfmu.\n"
     )
-    subprocess.run([*command, "--export", "pythonfmu"], check=True)
+    subprocess.run([*command, "--export", "pythonfmu"], cwd=tmp_path, check=True)
     assert (tmp_path / "station_keeping.csv").is_file()
 
 

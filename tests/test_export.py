@@ -19,7 +19,8 @@ from rov_cosim.components.instance import ComponentError
 from rov_cosim.components.interface import Component, Sampled
 from rov_cosim.components.vehicle import THETA
 from rov_cosim.exporters import archive, native_export, pythonfmu_export
-from rov_cosim.exporters.build import EXPORTS, components
+from rov_cosim.exporters.build import EXPORTS, build_fmus, components, fmu_path
+from rov_cosim.exporters.zig import host_platform
 
 COMPONENTS = components()
 NAMES = list(COMPONENTS)
@@ -47,6 +48,16 @@ def test_building_twice_gives_the_same_bytes(name, export, tmp_path):
     assert [EXPORTERS[export](COMPONENTS[name], path) for path in paths] == [True, True]
     assert paths[0].read_bytes() == paths[1].read_bytes()
     assert not EXPORTERS[export](COMPONENTS[name], paths[0])
+
+
+def test_a_build_tells_what_begins_and_makes_what_was_asked_for(tmp_path):
+    told = []
+    path = fmu_path(tmp_path, "pid")
+    assert build_fmus(tmp_path, names=["pid"], progress=told.append) == {path: True}
+    assert told == ["tracing pid", f"compiling pid for {host_platform()}"]
+    assert list(path.parent.glob("*.fmu")) == [path]
+    assert build_fmus(tmp_path, names=["pid"], progress=told.append) == {path: False}
+    assert len(told) == 2
 
 
 def test_an_archive_that_is_broken_or_outdated_is_written_anew(tmp_path):
