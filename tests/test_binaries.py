@@ -48,7 +48,8 @@ MODEL_EXCHANGE = {
     "fmi2GetNominalsOfContinuousStates",
 }
 STANDARD = (
-    set(re.findall(r"#define (fmi2\w+) +fmi2FullName", (HEADERS / "fmi2Functions.h").read_text())) - MODEL_EXCHANGE
+    set(re.findall(r"#define (fmi2\w+) +fmi2FullName", (HEADERS / "fmi2Functions.h").read_text(encoding="utf-8")))
+    - MODEL_EXCHANGE
 )
 
 
@@ -95,7 +96,7 @@ def test_the_binary_calls_mathematics_text_and_memory_alone_and_has_no_variables
 
 
 def test_memory_is_taken_for_instances_and_saved_states_alone():
-    sources = {file.name: file.read_text() for file in (files("rov_cosim.exporters") / "c").iterdir()}
+    sources = {file.name: file.read_text(encoding="utf-8") for file in (files("rov_cosim.exporters") / "c").iterdir()}
     takers = {name for name, text in sources.items() if re.search(r"\b(m|c|re)alloc\b", text)}
     assert takers == {"fmi2_life.c", "fmi2_state.c"}
     assert sources["fmi2_life.c"].count("alloc(") == sources["fmi2_state.c"].count("malloc(") == 1
@@ -196,7 +197,9 @@ def compiled_host(folder: Path, target: str, suffix: str = "") -> Path:
 
 
 def assert_host_agrees(command, fmu, folder):
-    (folder / "script.txt").write_text(reference.script(reference.run(COMPONENTS["adaptive_pd"], LONG)))
+    (folder / "script.txt").write_text(
+        reference.script(reference.run(COMPONENTS["adaptive_pd"], LONG)), encoding="utf-8"
+    )
     done = subprocess.run(
         [*command, read_model_description(fmu).guid, "script.txt"],
         cwd=folder,

@@ -50,6 +50,24 @@ def test_building_twice_gives_the_same_bytes(name, export, tmp_path):
     assert not EXPORTERS[export](COMPONENTS[name], paths[0])
 
 
+@pytest.mark.parametrize("export", EXPORTERS)
+def test_an_fmu_is_the_same_in_a_locale_without_utf_8(export, tmp_path):
+    script = """
+import locale, sys, warnings
+from pathlib import Path
+assert locale.getpreferredencoding() != "UTF-8"
+warnings.filterwarnings("error", category=EncodingWarning, module="rov_cosim")
+from rov_cosim.exporters.build import build_fmus
+build_fmus(Path(sys.argv[1]), sys.argv[2], names=["pid"])
+"""
+    environment = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    command = [sys.executable, "-X", "warn_default_encoding", "-c", script, tmp_path, export]
+    subprocess.run(command, env=environment, check=True, stderr=subprocess.DEVNULL)
+    here = tmp_path / "pid.fmu"
+    EXPORTERS[export](COMPONENTS["pid"], here)
+    assert fmu_path(tmp_path, "pid", export).read_bytes() == here.read_bytes()
+
+
 def test_a_build_tells_what_begins_and_makes_what_was_asked_for(tmp_path):
     told = []
     path = fmu_path(tmp_path, "pid")

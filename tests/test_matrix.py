@@ -63,7 +63,7 @@ def test_a_controller_that_refuses_the_trouble_is_a_row_with_the_reason(fmus):
 
 def test_the_tables_hold_every_cell(small, tmp_path):
     matrix_tables.write_csv(small, tmp_path / "matrix.csv")
-    with open(tmp_path / "matrix.csv") as file:
+    with open(tmp_path / "matrix.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [(row["vehicle"], row["controller"], row["trouble"]) for row in rows] == [
         tuple(cell) for cell in small.scores
@@ -128,9 +128,11 @@ def test_the_page_has_the_verdicts_of_the_matrix_and_each_failure_is_explained(f
         # The digits of a vehicle that swings are those of its last rounding; the verdicts are not.
         return re.sub(r", [\d., a-z]*(?= \|)", "", text)
 
-    page = (project_root() / "systems" / "MATRIX.md").read_text()
+    page = (project_root() / "systems" / "MATRIX.md").read_text(encoding="utf-8")
     assert verdicts(matrix_tables.markdown(matrix)) == verdicts(page)
-    told = (project_root() / "systems" / "FLEET.md").read_text().partition("## Why each trouble fails")[2]
+    told = (
+        (project_root() / "systems" / "FLEET.md").read_text(encoding="utf-8").partition("## Why each trouble fails")[2]
+    )
     explained = {name for row in re.findall(r"^\| (`.*?) \|", told, re.M) for name in re.findall(r"`(\w+)`", row)}
     if {"delay_7", "delay_10"} <= explained:
         explained |= {"delay_8", "delay_9"}
@@ -159,13 +161,13 @@ def test_the_command_writes_tables_and_picture(loops, tmp_path):
     assert done.exit_code == 0, done.output
     assert "adaptive_pd  1 held, 1 offset, 0 oscillates, 0 lost" in done.output
     assert {path.name for path in tmp_path.iterdir()} == {f"matrix_part.{end}" for end in ("csv", "md", "png")}
-    assert "passive_arm.seed = 3" in (tmp_path / "matrix_part.md").read_text()
+    assert "passive_arm.seed = 3" in (tmp_path / "matrix_part.md").read_text(encoding="utf-8")
 
 
 def test_a_cell_can_be_run_and_looked_at_alone(archives, small, tmp_path):
     done = call("run", f"{VEHICLE}_pid", "--trouble", "delay_5", "--output", tmp_path)
     assert done.exit_code == 0, done.output
-    with open(tmp_path / f"{VEHICLE}_pid_delay_5.csv") as file:
+    with open(tmp_path / f"{VEHICLE}_pid_delay_5.csv", encoding="utf-8") as file:
         x = np.array([float(row["rov_plant.eta.x"]) for row in csv.DictReader(file)])
     found = small.scores[Cell(VEHICLE, "pid", "delay_5")]
     assert f"verdict over the last 60 s: {found.verdict}" in done.output
@@ -207,6 +209,6 @@ def test_ctrl_c_ends_the_command_with_the_scores_so_far(fmus, tmp_path):
     assert process.returncode == 1
     assert "The results so far are in" in told
     assert "Traceback" not in told
-    rows = (Path(tmp_path) / "matrix_part.csv").read_text().splitlines()
+    rows = (Path(tmp_path) / "matrix_part.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) > 1
     assert not any("Interrupted" in row for row in rows)

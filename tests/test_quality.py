@@ -34,16 +34,18 @@ def test_mypy_finds_nothing(tmp_path):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page):
-    for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
+    for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists(), target
 
 
 def test_the_readme_names_every_component_and_command():
-    text = (ROOT / "README.md").read_text()
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
     expected = {*components(), *(f"rov-cosim {command}" for command in main.list_commands(None))}
     assert {name for name in expected if name in text} == expected
     rows = [
-        re.findall(r"^\| `(\w+)` \|", (ROOT / "systems" / page).read_text().partition("\n## Rules")[0], re.M)
+        re.findall(
+            r"^\| `(\w+)` \|", (ROOT / "systems" / page).read_text(encoding="utf-8").partition("\n## Rules")[0], re.M
+        )
         for page in ("README.md", "FLEET.md")
     ]
     assert set(rows[1]) <= set(VEHICLES)
@@ -56,7 +58,7 @@ def test_a_components_page_knows_its_names(name):
     component = components()[name]
     known = {scalar for s in component.inputs + component.outputs + component.parameters for scalar in s.names}
     stems = known | {re.split(r"[.\[]", scalar)[0] for scalar in known}
-    page = (ROOT / "components" / name / "README.md").read_text()
+    page = (ROOT / "components" / name / "README.md").read_text(encoding="utf-8")
     for quoted in re.findall(r"`([A-Za-z_]\w*(?:[.\[][^`]*)?)`", page):
         assert quoted.replace("[i]", "[1]").removesuffix(".*") in stems | {
             re.sub(r"\.\w+$", "", scalar) for scalar in known

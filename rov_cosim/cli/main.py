@@ -1,7 +1,9 @@
 """The command `rov-cosim`."""
 
 import pkgutil
+import sys
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Any
 
 import click
@@ -44,6 +46,10 @@ class _Commands(click.Group):
 @click.version_option(package_name="rov-cosim")
 def main() -> None:
     """Hold an underwater vehicle in place: build, run and compare systems of FMUs."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(
+            errors="backslashreplace"
+        )  # as on stderr: a name may have letters that the encoding lacks
 
 
 if __name__ == "__main__":

@@ -47,7 +47,7 @@ def entries(component: Component, packages: Iterable[str]) -> dict[str, bytes]:
     for package in packages:
         for file in distribution(package).files or ():
             if file.name == "LICENSE":
-                content[f"documentation/licenses/{package}.txt"] = file.read_text().encode()
+                content[f"documentation/licenses/{package}.txt"] = file.read_text(encoding="utf-8").encode()
     return content
 
 
@@ -61,7 +61,7 @@ def page(component: Component) -> str:
 def readme(component: Component) -> str:
     """Return the component's page in Markdown."""
     folder = files(f"{__package__.rsplit('.', 1)[0]}.components.{component.name}")
-    return folder.joinpath("README.md").read_text()
+    return folder.joinpath("README.md").read_text(encoding="utf-8")
 
 
 def html(title: str, markdown: str, more: str = "") -> str:
