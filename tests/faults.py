@@ -103,7 +103,7 @@ def in_c_host(one):
     if not shutil.which("cc"):
         return "skipped: there is no C compiler"
     source, program = one.folder / "host.c", one.folder / "host"
-    source.write_text(HOST)
+    source.write_text(HOST, encoding="utf-8")
     subprocess.run(["cc", source, "-o", program, "-ldl"], check=True)
     done = subprocess.run([program, one.path, one.guid, one.resources], capture_output=True, text=True, check=False)
     one.messages[:] = done.stdout.splitlines()

@@ -48,7 +48,8 @@ MODEL_EXCHANGE = {
     "fmi2GetNominalsOfContinuousStates",
 }
 STANDARD = (
-    set(re.findall(r"#define (fmi2\w+) +fmi2FullName", (HEADERS / "fmi2Functions.h").read_text())) - MODEL_EXCHANGE
+    set(re.findall(r"#define (fmi2\w+) +fmi2FullName", (HEADERS / "fmi2Functions.h").read_text(encoding="utf-8")))
+    - MODEL_EXCHANGE
 )
 
 
@@ -95,7 +96,7 @@ def test_the_binary_calls_mathematics_text_and_memory_alone_and_has_no_variables
 
 
 def test_memory_is_taken_for_instances_and_saved_states_alone():
-    sources = {file.name: file.read_text() for file in (files("rov_cosim.exporters") / "c").iterdir()}
+    sources = {file.name: file.read_text(encoding="utf-8") for file in (files("rov_cosim.exporters") / "c").iterdir()}
     takers = {name for name, text in sources.items() if re.search(r"\b(m|c|re)alloc\b", text)}
     assert takers == {"fmi2_life.c", "fmi2_state.c"}
     assert sources["fmi2_life.c"].count("alloc(") == sources["fmi2_state.c"].count("malloc(") == 1
@@ -104,6 +105,38 @@ def test_memory_is_taken_for_instances_and_saved_states_alone():
 def test_a_source_that_does_not_compile_ends_the_build_with_the_compilers_words():
     with pytest.raises(zig.BuildError, match="no_such_thing"):
         zig.shared_library("broken", {"broken.c": b"int f(void) { return no_such_thing; }"}, "linux64")
+
+
+@pytest.fixture
+def no_home(monkeypatch):
+    """Take away all that tells where a home or a cache is."""
+    for variable in ("ZIG_GLOBAL_CACHE_DIR", "LOCALAPPDATA", "XDG_CACHE_HOME", "HOME"):
+        monkeypatch.delenv(variable, raising=False)
+
+
+@pytest.mark.parametrize("home", [None, "/proc/none", __file__], ids=["none", "one that cannot be made", "a file"])
+def test_the_compiler_needs_no_home(no_home, monkeypatch, tmp_path, home):
+    if home:
+        monkeypatch.setenv("HOME", home)
+    script = """
+from rov_cosim.exporters import zig
+assert zig.compiled({"f.c": b"int f(void) { return 1; }"}, zig.host_target(), "f.o", ["-c"])
+"""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_compiler_keeps_its_usual_cache_where_there_is_one(no_home, monkeypatch, tmp_path):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    zig.compiled({"f.c": b"int f(void) { return 1; }"}, zig.host_target(), "f.o", ["-c"])
+    assert any((tmp_path / ".cache" / "zig").iterdir())
+
+
+def test_a_compiler_that_does_not_end_is_ended(monkeypatch):
+    monkeypatch.setattr(zig, "TIME_LIMIT", 0.0)
+    with pytest.raises(zig.BuildError, match="does not end for x86_64-windows-gnu within 0 s"):
+        zig.compiled({"f.c": b"int f(void) { return 1; }"}, "x86_64-windows-gnu", "f.o", ["-c"])
 
 
 @pytest.mark.slow
@@ -164,7 +197,9 @@ def compiled_host(folder: Path, target: str, suffix: str = "") -> Path:
 
 
 def assert_host_agrees(command, fmu, folder):
-    (folder / "script.txt").write_text(reference.script(reference.run(COMPONENTS["adaptive_pd"], LONG)))
+    (folder / "script.txt").write_text(
+        reference.script(reference.run(COMPONENTS["adaptive_pd"], LONG)), encoding="utf-8"
+    )
     done = subprocess.run(
         [*command, read_model_description(fmu).guid, "script.txt"],
         cwd=folder,

@@ -47,7 +47,7 @@ def test_run_writes_csv_and_plot_and_prints_the_table(archives, tmp_path):
     assert "120.00 mm" in table["x"]
     assert re.search(r"41\.6\d mm", table["z"])
     assert re.search(r"^Z +0\.000 +5\.000 +N$", output, re.M)  # PD estimates nothing of the 5 N
-    with open(tmp_path / "paper_simulation_pd+gauss-seidel+30s.csv") as file:
+    with open(tmp_path / "paper_simulation_pd+gauss-seidel+30s.csv", encoding="utf-8") as file:
         rows = list(csv.reader(file))
     assert rows[0][0] == "time"
     assert "rov_plant.eta.x" in rows[0]
@@ -58,9 +58,16 @@ def test_run_writes_csv_and_plot_and_prints_the_table(archives, tmp_path):
 def test_run_takes_start_values_and_any_archive(archives, tmp_path):
     for what in ("station_keeping", archives["station_keeping"]):
         ok("run", what, "--stop-time", "0.3", "--set", "rov_plant.eta_0.x=0.25", "--output", tmp_path)
-        with open(tmp_path / "station_keeping+rov_plant.eta_0.x=0.25+0.3s.csv") as file:
+        with open(tmp_path / "station_keeping+rov_plant.eta_0.x=0.25+0.3s.csv", encoding="utf-8") as file:
             first = next(iter(csv.DictReader(file)))
         assert float(first["rov_plant.eta.x"]) == 0.25
+
+
+def test_a_name_that_the_encoding_lacks_is_printed_all_the_same(archives, tmp_path):
+    command = [Path(sys.executable).with_name("rov-cosim"), "run", "station_keeping", "--stop-time", "0.3", "--output"]
+    environment = {**os.environ, "PYTHONIOENCODING": "latin-1"}
+    printed = subprocess.run([*command, tmp_path / "≥"], env=environment, stdout=subprocess.PIPE, check=True).stdout
+    assert b"/\\u2265/station_keeping.csv\n" in printed
 
 
 def test_compare_draws_several_systems_into_one_figure(archives, tmp_path):
@@ -122,14 +129,22 @@ def test_a_run_that_fails_midway_keeps_its_results(archives, tmp_path):
 
 
 def test_a_light_install_runs_the_pythonfmu_export_and_says_what_the_native_one_needs(tmp_path):
-    script = "import sys; sys.modules['casadi'] = None; from rov_cosim.cli.main import main; main()"
+    script = """
+import sys
+from pathlib import Path
+from rov_cosim.exporters import build
+sys.modules["casadi"] = None
+build.project_root = Path  # nothing is built yet in the current folder
+from rov_cosim.cli.main import main
+main()
+"""
     command = [sys.executable, "-c", script, "run", "station_keeping", "--stop-time", "0.3", "--output", tmp_path]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr == (
         "Error: The native export needs casadi: pip install 'rov-cosim[native]', or take --export pythonfmu.\n"
     )
-    subprocess.run([*command, "--export", "pythonfmu"], check=True)
+    subprocess.run([*command, "--export", "pythonfmu"], cwd=tmp_path, check=True)
     assert (tmp_path / "station_keeping+0.3s+pythonfmu.csv").is_file()
 
 
@@ -144,7 +159,7 @@ def test_ctrl_c_keeps_the_results(archives, tmp_path, monkeypatch):
     done = call("run", "station_keeping", "--output", tmp_path)
     assert done.exit_code == 1
     assert "Interrupted at 0.6 s. The results so far are in" in " ".join(done.output.split())
-    assert len((tmp_path / "station_keeping.csv").read_text().splitlines()) == 1 + 21
+    assert len((tmp_path / "station_keeping.csv").read_text(encoding="utf-8").splitlines()) == 1 + 21
 
 
 @pytest.mark.slow

@@ -1,5 +1,13 @@
 """What an exported FMU holds: description, dependencies, page, icon, licences; and that a rebuild is the same."""
 
+import os
+import re
+import resource
+import subprocess
+import sys
+from fnmatch import fnmatch
+from pathlib import Path
+
 import numpy as np
 import pytest
 from fmpy import read_model_description
@@ -11,10 +19,12 @@ from rov_cosim.components.instance import ComponentError
 from rov_cosim.components.interface import Component, Sampled
 from rov_cosim.components.vehicle import FORCES
 from rov_cosim.exporters import archive, native_export, pythonfmu_export
-from rov_cosim.exporters.build import EXPORTS, components
+from rov_cosim.exporters.build import EXPORTS, build_fmus, components, fmu_path
+from rov_cosim.exporters.zig import host_platform
 
 COMPONENTS = components()
 NAMES = list(COMPONENTS)
+IGNORED = (Path(__file__).parent.parent / ".gitignore").read_text(encoding="utf-8").splitlines()
 
 
 def number(literal):
@@ -40,6 +50,34 @@ def test_building_twice_gives_the_same_bytes(name, export, tmp_path):
     assert not EXPORTERS[export](COMPONENTS[name], paths[0])
 
 
+@pytest.mark.parametrize("export", EXPORTERS)
+def test_an_fmu_is_the_same_in_a_locale_without_utf_8(export, tmp_path):
+    script = """
+import locale, sys, warnings
+from pathlib import Path
+assert locale.getpreferredencoding() != "UTF-8"
+warnings.filterwarnings("error", category=EncodingWarning, module="rov_cosim")
+from rov_cosim.exporters.build import build_fmus
+build_fmus(Path(sys.argv[1]), sys.argv[2], names=["pid"])
+"""
+    environment = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    command = [sys.executable, "-X", "warn_default_encoding", "-c", script, tmp_path, export]
+    subprocess.run(command, env=environment, check=True, stderr=subprocess.DEVNULL)
+    here = tmp_path / "pid.fmu"
+    EXPORTERS[export](COMPONENTS["pid"], here)
+    assert fmu_path(tmp_path, "pid", export).read_bytes() == here.read_bytes()
+
+
+def test_a_build_tells_what_begins_and_makes_what_was_asked_for(tmp_path):
+    told = []
+    path = fmu_path(tmp_path, "pid")
+    assert build_fmus(tmp_path, names=["pid"], progress=told.append) == {path: True}
+    assert told == ["tracing pid", f"compiling pid for {host_platform()}"]
+    assert list(path.parent.glob("*.fmu")) == [path]
+    assert build_fmus(tmp_path, names=["pid"], progress=told.append) == {path: False}
+    assert len(told) == 2
+
+
 def test_an_archive_that_is_broken_or_outdated_is_written_anew(tmp_path):
     path = tmp_path / "a.zip"
     path.write_bytes(b"broken")
@@ -47,6 +85,44 @@ def test_an_archive_that_is_broken_or_outdated_is_written_anew(tmp_path):
     assert not archive.write(path, {"a": b"1"})
     assert archive.write(path, {"a": b"2"})
     assert archive.read(path) == {"a": b"2"}
+
+
+def test_what_a_killed_build_left_goes_with_the_next_and_what_another_build_writes_stays(tmp_path):
+    killed = """
+import os, sys
+from pathlib import Path
+from rov_cosim.exporters import archive
+os.fdopen = lambda *_: os.kill(os.getpid(), 9)
+archive.write(Path(sys.argv[1]), {"a": b"1"})
+"""
+    path = tmp_path / "a[1].zip"
+    for _ in range(2):
+        subprocess.run([sys.executable, "-c", killed, path], check=False)
+    left, at_work = tmp_path.iterdir()
+    assert left.name.startswith(".a[1].zip.")
+    assert fnmatch(left.name, next(line for line in IGNORED if line.endswith(".part")))
+    os.utime(left, (0, 0))
+    assert archive.write(path, {"a": b"1"})
+    assert set(tmp_path.iterdir()) == {path, at_work}
+
+
+def test_an_archive_that_cannot_be_written_is_named_with_the_reason_and_nothing_is_left(tmp_path):
+    folder = tmp_path / "a.fmu"
+    folder.mkdir()
+    with pytest.raises(OSError, match=rf"^{re.escape(str(folder))} is a folder, where a file belongs; remove it$"):
+        archive.write(folder, {"a": b"1"})
+    folder.rmdir()
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10, limit[1]))  # a full disk, in small
+    try:
+        with pytest.raises(OSError, match=rf"^{re.escape(str(folder))} cannot be written: File too large$"):
+            archive.write(folder, {"a": b"1"})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert list(tmp_path.iterdir()) == []
+    folder.write_bytes(b"a file")
+    with pytest.raises(OSError, match=re.escape(str(folder))):
+        archive.write(folder / "b.fmu", {"a": b"1"})
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -249,5 +249,5 @@ fmu.freeInstance()
     log = tmp_path / "log"
     command = ["valgrind", f"--log-file={log}", sys.executable, "-c", script, folder]
     subprocess.run(command, check=True, env={**os.environ, "PYTHONMALLOC": "malloc"})
-    assert "ERROR SUMMARY" in log.read_text()
-    assert "finalizePythonInterpreter" not in log.read_text()
+    assert "ERROR SUMMARY" in log.read_text(encoding="utf-8")
+    assert "finalizePythonInterpreter" not in log.read_text(encoding="utf-8")

@@ -43,7 +43,7 @@ def leaks(tmp_path_factory) -> str:
     if not shutil.which("clang"):
         pytest.skip("clang is not installed")
     folder = tmp_path_factory.mktemp("trivial")
-    (folder / "fuzz.c").write_text(TRIVIAL)
+    (folder / "fuzz.c").write_text(TRIVIAL, encoding="utf-8")
     try:
         program = compiled(folder)
     except subprocess.CalledProcessError as error:

@@ -51,7 +51,7 @@ def test_the_kit_holds_what_its_guide_promises(kits, name):
         for pattern in re.findall(r"`([^`]+)`", quoted):
             assert list(folder.glob(pattern.rstrip("/"))), pattern
     for page in ("guide.md", "guide.html", "wiring.svg"):
-        text = (folder / page).read_text()
+        text = (folder / page).read_text(encoding="utf-8")
         for signal in COMPONENTS[name].inputs + COMPONENTS[name].outputs:
             assert signal.key in text
     etree.fromstring((folder / "wiring.svg").read_bytes())
@@ -67,7 +67,9 @@ def test_references_are_in_the_form_of_the_cross_check(kits, name):
         inputs, outputs = (read_csv(folder / f"{name}_{suffix}.csv") for suffix in ("in", "ref"))
         assert inputs.dtype.names == ("time", *COMPONENTS[name].u.names)
         assert outputs.dtype.names == ("time", *COMPONENTS[name].y.names)
-        options = dict(line.split(", ") for line in (folder / f"{name}_ref.opt").read_text().splitlines())
+        options = dict(
+            line.split(", ") for line in (folder / f"{name}_ref.opt").read_text(encoding="utf-8").splitlines()
+        )
         assert float(options["StopTime"]) == outputs["time"][-1] == inputs["time"][-1]
         assert np.diff(outputs["time"]) == pytest.approx(float(options["StepSize"]))
         assert (folder / f"{name}.ssv").exists() == bool(case.parameters)
@@ -152,7 +154,10 @@ def test_a_wrapped_fmu_with_other_names_is_checked_by_a_map(fmus, tmp_path):
     archive.write(path, {**content, "modelDescription.xml": description})
     with pytest.raises(CheckError, match=r"The FMU has no variable eta_m\.x"):
         verdict.judge(path)
-    names.write_text("".join(f'"sensor.position_{a}" = "eta_m.{a}"\n' for a in ("x", "y", "z", "phi", "theta", "psi")))
+    names.write_text(
+        "".join(f'"sensor.position_{a}" = "eta_m.{a}"\n' for a in ("x", "y", "z", "phi", "theta", "psi")),
+        encoding="utf-8",
+    )
     assert verdict.judge(path, None, names)[1]
 
 
@@ -174,9 +179,9 @@ def test_the_commands_write_a_kit_and_check_an_fmu(fmus, tmp_path):
 
 
 def test_what_cannot_be_checked_ends_with_a_reason(fmus, plain_gain, tmp_path):
-    (tmp_path / "no.fmu").write_text("hello")
-    (tmp_path / "no.toml").write_text("= 3")
-    (tmp_path / "vain.toml").write_text('"eta_m.x" = "eta_m.w"')
+    (tmp_path / "no.fmu").write_text("hello", encoding="utf-8")
+    (tmp_path / "no.toml").write_text("= 3", encoding="utf-8")
+    (tmp_path / "vain.toml").write_text('"eta_m.x" = "eta_m.w"', encoding="utf-8")
     for arguments, reason in (
         ([tmp_path / "no.fmu"], "is not a readable FMU"),
         ([plain_gain], "PlainGain is no component of this project"),
@@ -193,7 +198,7 @@ def test_what_cannot_be_checked_ends_with_a_reason(fmus, plain_gain, tmp_path):
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 @pytest.mark.parametrize("name", NAMES)
 def test_the_guides_commands_for_the_c_host_reproduce_the_reference(kits, name):
-    guide = (kits[name] / "guide.md").read_text()
+    guide = (kits[name] / "guide.md").read_text(encoding="utf-8")
     block = re.search(r"```sh\n(unzip.*?)```", guide, re.S).group(1)
     for case in cases_of(COMPONENTS[name]):
         commands = block.replace(f"reference/{cases_of(COMPONENTS[name])[0].name}/", f"reference/{case.name}/")
@@ -207,7 +212,7 @@ def test_the_guides_commands_for_the_c_host_reproduce_the_reference(kits, name):
 def test_the_guides_script_for_ecos_reproduces_the_reference(kits, name):
     if find_spec("ecospy") is None:
         pytest.skip("ecospy is not installed; it is part of the test extra on Linux")
-    guide = (kits[name] / "guide.md").read_text()
+    guide = (kits[name] / "guide.md").read_text(encoding="utf-8")
     script, first = re.search(r"python (replay_ecos\.py) (\S+)", guide).groups()
     for run in (first, "reference/every_parameter"):
         command = [sys.executable, script, run]
@@ -218,7 +223,7 @@ def test_the_guides_script_for_ecos_reproduces_the_reference(kits, name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_guides_command_for_fmpy_reproduces_the_reference(kits, name, tmp_path):
-    command = re.search(r"```sh\nfmpy (.*)\n```", (kits[name] / "guide.md").read_text()).group(1)
+    command = re.search(r"```sh\nfmpy (.*)\n```", (kits[name] / "guide.md").read_text(encoding="utf-8")).group(1)
     fmpy = [sys.executable, "-m", "fmpy", *command.replace("out.csv", str(tmp_path / "out.csv")).split()]
     subprocess.run(fmpy, cwd=kits[name], check=True)
     theirs = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True, deletechars="", dtype=None, encoding=None)
@@ -294,10 +299,10 @@ def test_the_host_does_not_take_a_cut_script_for_a_run(kits, tmp_path):
     subprocess.run(["unzip", "-qo", "passive_arm.fmu", "-d", tmp_path / "fmu"], cwd=folder, check=True)
     guid = read_model_description(str(folder / "passive_arm.fmu")).guid
     library = tmp_path / "fmu" / "binaries" / zig.host_platform() / f"passive_arm{zig.SUFFIXES[zig.host_platform()]}"
-    whole = (folder / "reference" / "noise" / "passive_arm_host.txt").read_text()
+    whole = (folder / "reference" / "noise" / "passive_arm_host.txt").read_text(encoding="utf-8")
     wrong = whole.replace("= 6 ", "= 6 1", 1)
     for text, status in ((whole, 0), (whole[: len(whole) // 2], 1), ("", 1), (wrong, 1)):
-        (tmp_path / "script.txt").write_text(text)
+        (tmp_path / "script.txt").write_text(text, encoding="utf-8")
         done = subprocess.run(
             [tmp_path / "host", library, guid, tmp_path / "script.txt"], capture_output=True, check=False
         )
@@ -320,7 +325,7 @@ ROWS = """
 
 
 def test_the_guides_tell_the_sign_of_every_port_and_parameter(kits):
-    guides = "".join((kit / "guide.md").read_text() for kit in kits.values())
+    guides = "".join((kit / "guide.md").read_text(encoding="utf-8") for kit in kits.values())
     for row in ROWS.strip().splitlines():
         assert row in guides, row
 

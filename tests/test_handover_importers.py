@@ -59,7 +59,7 @@ def test_a_deviation_misses_nothing():
 @pytest.mark.parametrize("title", SECTIONS)
 def test_the_examples_of_a_tool_run(fmus, archives, tmp_path, title):
     skip_unless_installed(SECTIONS[title])
-    page = (ROOT / "rov_cosim" / "importers" / "importing.md.in").read_text()
+    page = (ROOT / "rov_cosim" / "importers" / "importing.md.in").read_text(encoding="utf-8")
     (section,) = re.findall(rf"^## {title} \(run here\)$(.*?)^## ", page, re.M | re.S)
     blocks = re.findall(r"^```(\w+)\n(.*?)^```$", section, re.M | re.S)
     assert blocks
@@ -74,6 +74,6 @@ def test_the_examples_of_a_tool_run(fmus, archives, tmp_path, title):
 
 
 def test_the_committed_table_names_every_tool():
-    page = (ROOT / "docs" / "IMPORTERS.md").read_text()
+    page = (ROOT / "docs" / "IMPORTERS.md").read_text(encoding="utf-8")
     rows = [line.split(" | ")[0].removeprefix("| ") for line in page.splitlines() if line.startswith("| ")]
     assert {tool.title for tool in IMPORTERS.values()} <= set(rows)

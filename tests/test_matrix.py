@@ -64,7 +64,7 @@ def test_a_controller_that_refuses_the_trouble_is_a_row_with_the_reason(fmus):
 
 def test_the_tables_hold_every_cell(small, tmp_path):
     write_scores(small.scores, Cell._fields, tmp_path / "matrix.csv")
-    with open(tmp_path / "matrix.csv") as file:
+    with open(tmp_path / "matrix.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [(row["vehicle"], row["controller"], row["trouble"]) for row in rows] == [
         tuple(cell) for cell in small.scores
@@ -163,7 +163,7 @@ def test_the_command_writes_tables_and_picture(loops, tmp_path):
 def test_a_cell_can_be_run_and_looked_at_alone(archives, small, tmp_path):
     done = call("run", f"{VEHICLE}_pid", "--trouble", "delay_5", "--output", tmp_path)
     assert done.exit_code == 0, done.output
-    with open(tmp_path / f"{VEHICLE}_pid+delay_5.csv") as file:
+    with open(tmp_path / f"{VEHICLE}_pid+delay_5.csv", encoding="utf-8") as file:
         x = np.array([float(row["rov_plant.eta.x"]) for row in csv.DictReader(file)])
     found = small.scores[Cell(VEHICLE, "pid", "delay_5")]
     assert f"verdict: {found.verdict}" in done.output
@@ -219,6 +219,6 @@ def test_an_order_to_end_keeps_the_scores_so_far_and_leaves_no_process(fmus, tmp
     assert process.returncode == 1
     assert "The results so far are in" in told
     assert "Traceback" not in told
-    rows = (Path(tmp_path) / "matrix_part.csv").read_text().splitlines()
+    rows = (Path(tmp_path) / "matrix_part.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) > 1
     assert not any("Interrupted" in row for row in rows)

@@ -16,7 +16,8 @@ def written(folder, parameters, units=""):
     path = folder / "plant.ssv"
     path.write_text(
         f'<ssv:ParameterSet {names} version="1.0" name="x"><ssv:Parameters>{parameters}</ssv:Parameters>'
-        f"{units}</ssv:ParameterSet>"
+        f"{units}</ssv:ParameterSet>",
+        encoding="utf-8",
     )
     return path
 
@@ -75,7 +76,7 @@ def test_all_problems_are_told_at_once(tmp_path):
 
 def test_what_is_no_parameter_set_is_told(tmp_path):
     assert problems(tmp_path / "none.ssv") == ["There is no such file."]
-    (tmp_path / "text.ssv").write_text("hello")
+    (tmp_path / "text.ssv").write_text("hello", encoding="utf-8")
     assert "not well-formed XML" in problems(tmp_path / "text.ssv")[0]
     assert "Gadget" in problems(written(tmp_path, "<ssv:Gadget/>"))[0]
     enumeration = parameter("mass", "heavy", "Enumeration").replace("/>", ' name="Weights"/>')

@@ -17,6 +17,8 @@ from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, named
 ROOT = Path(__file__).parent.parent
 PAGES = sorted(p for p in ROOT.rglob("*.md") if not {".venv", "build"} & set(p.relative_to(ROOT).parts))
 
+UNNEEDED = shutil.ignore_patterns(".*", "build", "*.egg-info", "*.ssp")
+
 
 def run(*command, **options):
     done = subprocess.run([sys.executable, "-m", *command], capture_output=True, text=True, check=False, **options)
@@ -34,7 +36,7 @@ def test_mypy_finds_nothing(tmp_path):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page):
-    for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
+    for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists(), target
 
 
@@ -47,11 +49,13 @@ def test_the_index_leads_to_every_page():
 
 
 def test_the_readme_names_every_component_and_command():
-    text = (ROOT / "README.md").read_text()
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
     expected = {*components(), *(f"rov-cosim {command}" for command in main.list_commands(None))}
     assert {name for name in expected if name in text} == expected
     rows = [
-        re.findall(r"^\| `(\w+)` \|", (ROOT / "systems" / page).read_text().partition("\n## Rules")[0], re.M)
+        re.findall(
+            r"^\| `(\w+)` \|", (ROOT / "systems" / page).read_text(encoding="utf-8").partition("\n## Rules")[0], re.M
+        )
         for page in ("README.md", "FLEET.md")
     ]
     assert set(rows[1]) <= set(VEHICLES)
@@ -85,28 +89,57 @@ def test_a_components_page_knows_its_names(name):
         }, quoted
 
 
-@pytest.mark.slow
-def test_an_installed_copy_works_outside_the_checkout(tmp_path):
-    source = tmp_path / "source"  # setuptools leaves its own build folder where it builds
-    shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(".*", "build", "*.egg-info", "*.ssp"))
-    run("pip", "wheel", "--no-deps", "-q", "-w", tmp_path, source)
-    (wheel,) = tmp_path.glob("*.whl")
-    target = tmp_path / "site"
-    run("pip", "install", "--no-deps", "-q", "--target", target, wheel)
-    script = "import sys; sys.path.insert(0, sys.argv.pop(1)); from rov_cosim.cli.main import main; main()"
-    work = tmp_path / "work"
-    work.mkdir()
-    command = [sys.executable, "-S", "-c", script]
-    # -S keeps the editable install of the checkout away; the dependencies come by path.
-    environment = {"PYTHONPATH": str(Path(pytest.__file__).parent.parent), "PATH": "", "HOME": str(Path.home())}
+SITE = str(Path(pytest.__file__).parent.parent)
+COMMAND = """
+import site, sys
+sys.path.insert(0, sys.argv.pop(1))
+site.addsitedir(sys.path[0])
+from rov_cosim.cli.main import main
+main()
+"""
+
+
+def run_installed(target, work, *arguments):
+    """Run the command that is installed in a folder."""
     done = subprocess.run(
-        [*command, str(target), "run", "station_keeping", "--stop-time", "0.3"],
+        # -S keeps the editable install of the checkout away; the dependencies come by path.
+        [sys.executable, "-S", "-c", COMMAND, target, *arguments],
         cwd=work,
-        env=environment,
+        env={"PYTHONPATH": SITE, "PATH": "", "HOME": str(Path.home())},
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.slow
+def test_an_installed_copy_works_outside_the_checkout(tmp_path):
+    source = tmp_path / "source"  # setuptools leaves its own build folder where it builds
+    shutil.copytree(ROOT, source, ignore=UNNEEDED)
+    run("pip", "wheel", "--no-deps", "-q", "-w", tmp_path, source)
+    (wheel,) = tmp_path.glob("*.whl")
+    target = tmp_path / "site"
+    run("pip", "install", "--no-deps", "-q", "--target", target, wheel)
+    work = tmp_path / "work"
+    work.mkdir()
+    run_installed(target, work, "run", "station_keeping", "--stop-time", "0.3")
     assert (work / "systems" / "station_keeping.ssp").is_file()
     assert (work / "build" / "results" / "station_keeping.csv").is_file()
+
+
+@pytest.mark.slow
+def test_an_editable_install_does_without_links(tmp_path):
+    source = tmp_path / "source"
+    shutil.copytree(ROOT, source, symlinks=True, ignore=UNNEEDED)
+    links = [path for path in (source / "rov_cosim").iterdir() if path.is_symlink()]
+    assert {link.name for link in links} == {"components", "systems"}
+    for link in links:  # as git leaves them where there are none, on Windows
+        text = str(link.readlink())
+        link.unlink()
+        link.write_text(text, encoding="utf-8")
+    target = tmp_path / "site"
+    run("pip", "install", "--no-deps", "-q", "--target", target, "-e", source)
+    for export in ("native", "pythonfmu"):
+        run_installed(target, tmp_path, "run", "station_keeping", "--stop-time", "0.3", "--export", export)
+        assert (source / "build" / export / "rov_plant.fmu").is_file()

@@ -15,10 +15,10 @@ from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.swap_map import SwapMap
 from rov_cosim.ssp.writer import write
 from rov_cosim.study.changes import Changes
-from rov_cosim.study.counted_warnings import counted
 from rov_cosim.study.csv_table import write_csv
 from rov_cosim.study.nominal import DoesNotApplyError
 from rov_cosim.study.runs import file_name, opened, simulated
+from rov_cosim.study.screen import counted
 from rov_cosim.study.troubles import TROUBLES
 from rov_cosim.systems.catalogue import SYSTEMS
 

@@ -226,7 +226,7 @@ def test_a_simulated_day_takes_no_memory_and_loses_no_time(native, name):
 
 def memory():
     """Return the resident memory of this process in bytes."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+    return int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1]) * resource.getpagesize()
 
 
 def test_each_log_category_can_be_chosen(native):
@@ -280,7 +280,7 @@ static int foreign(char *text, size_t size, const char *format, ...) {
 
 
 def test_numbers_in_messages_are_the_same_in_every_locale(tmp_path):
-    (tmp_path / "foreign.c").write_text(FOREIGN_LOCALE)
+    (tmp_path / "foreign.c").write_text(FOREIGN_LOCALE, encoding="utf-8")
     number = compiled(tmp_path / "foreign.c", tmp_path).number
     number.restype, number.argtypes = ctypes.c_char_p, [ctypes.c_double, ctypes.c_int, ctypes.c_char_p]
     text = ctypes.create_string_buffer(32)

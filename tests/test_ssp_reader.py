@@ -207,7 +207,7 @@ def test_a_temporary_folder_that_pythonfmu_cannot_load_from_is_refused_for_its_f
 
 def test_what_is_no_archive_is_told(tmp_path):
     assert "There is no such archive" in problems(tmp_path / "none.ssp")[0]
-    (tmp_path / "text.ssp").write_text("hello")
+    (tmp_path / "text.ssp").write_text("hello", encoding="utf-8")
     assert "not a readable SSP archive" in problems(tmp_path / "text.ssp")[0]
 
 

@@ -29,7 +29,7 @@ from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.fleet import holding
 
 HERE = Path(__file__).parent
-GUIDE = (HERE.parent / "systems" / "README.md").read_text()
+GUIDE = (HERE.parent / "systems" / "README.md").read_text(encoding="utf-8")
 MAP, FLEET_LINES = re.findall(r"```toml\n(.*?)```", GUIDE.partition("## Bring your own plant")[2], re.S)
 PUSH = {"north": 3.0, "east": -2.0, "down": 4.0}
 UP = {"x": 3.0, "y": 2.0, "z": -4.0}  # the same with z up
@@ -59,7 +59,7 @@ def maps(tmp_path, *changes, text=MAP):
         assert old in text
         text = text.replace(old, new)
     path = tmp_path / "map.toml"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     return swap_map.read(path)
 
 
@@ -455,7 +455,7 @@ def sets(values):
 
 
 def test_the_command_runs_the_guides_example(archives, foreign, tmp_path):
-    (tmp_path / "map.toml").write_text(MAP)
+    (tmp_path / "map.toml").write_text(MAP, encoding="utf-8")
     swap = ("--swap", f"rov_plant={foreign}", "--map", tmp_path / "map.toml")
     done = call("run", "station_keeping", *swap, *sets(EXACT), "--output", tmp_path)
     assert done.exit_code == 0, done.output
@@ -479,8 +479,8 @@ def test_python_swaps_as_the_command_does(archives, foreign, tmp_path):
 
 
 def test_what_cannot_be_swapped_ends_with_a_line_for_each_reason(archives, fmus, foreign, plain_gain, tmp_path):
-    (tmp_path / "no.fmu").write_text("hello")
-    (tmp_path / "map.toml").write_text(MAP)
+    (tmp_path / "no.fmu").write_text("hello", encoding="utf-8")
+    (tmp_path / "map.toml").write_text(MAP, encoding="utf-8")
     map_ = ("--map", tmp_path / "map.toml")
     for arguments, reason in (
         (["--swap", foreign], "expected ELEMENT=FMU, got"),
@@ -511,14 +511,14 @@ def test_a_vehicle_of_another_make_gets_the_same_table(fmus, foreign, tmp_path):
             rf"^{re.escape(line.split(' =')[0])}( =.*)?$", lambda _, line=line: line, text, flags=re.M
         )
         assert times == 1, line
-    (tmp_path / "map.toml").write_text(text)
+    (tmp_path / "map.toml").write_text(text, encoding="utf-8")
     some = [f"--trouble={name}" for name in ("still_water", "noise_2", "delay_3", "current", "arm_pull", "dead_band")]
     some += ["--vehicle=hoang_kreuzer", "--jobs=2", "--set=rov_plant.push_north=4"]
     swap = [f"--swap=rov_plant={foreign}", f"--map={tmp_path / 'map.toml'}"]
     done = CliRunner().invoke(main, ["matrix", *some, *swap, f"--output={tmp_path}"])
     assert done.exit_code == 0, done.output
     assert done.output.count("has no place for") == 1  # told once, not for every controller
-    with open(tmp_path / "matrix_part.csv") as file:
+    with open(tmp_path / "matrix_part.csv", encoding="utf-8") as file:
         rows = {(row["controller"], row["trouble"]): row for row in csv.DictReader(file)}
     # What it does not listen to does not apply: current, the arm's pull, a dead band of our thrusters.
     assert {trouble for _, trouble in rows} == {"still_water", "noise_2", "delay_3"}

@@ -20,7 +20,7 @@ from rov_cosim.ssp.writer import PARAMETER_SET
 from rov_cosim.systems.fleet import VEHICLES
 
 FILES = {path.stem: path for path in (Path(systems.__file__).parent / "vehicles").glob("*.ssv")}
-PUBLISHED = json.loads((Path(__file__).parent / "published_vehicles.json").read_text())
+PUBLISHED = json.loads((Path(__file__).parent / "published_vehicles.json").read_text(encoding="utf-8"))
 """Facts as the sources have them: in their axes, about their origins."""
 
 TO_PUBLISHED = {"front-right-down": Rotation.from_euler("x", np.pi), "front-left-up": Rotation.identity()}

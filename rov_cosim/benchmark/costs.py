@@ -43,7 +43,7 @@ def in_c(component: Component) -> tuple[float, float]:
         program = Path(folder) / "benchmark.exe"
         program.write_bytes(zig.compiled(sources, zig.host_target(), program.name, definitions))
         program.chmod(0o755)
-        bare, fmi = subprocess.run([program], capture_output=True, text=True, check=True).stdout.split()
+        bare, fmi = subprocess.run([program], capture_output=True, encoding="utf-8", check=True).stdout.split()
     return 1e-9 * float(bare), 1e-9 * float(fmi)
 
 
@@ -103,7 +103,7 @@ def command(*words: str) -> tuple[float, float]:
     launched = [sys.executable, "-c", _LAUNCH, str(program), *words[1:]]
     costs = []
     for _ in range(ROUNDS):
-        printed = subprocess.run(launched, capture_output=True, text=True, check=True).stdout.split()
+        printed = subprocess.run(launched, capture_output=True, encoding="utf-8", check=True).stdout.split()
         costs.append((float(printed[0]), float(printed[1]) / (1024**2 if sys.platform == "darwin" else 1024)))
     return min(costs)
 

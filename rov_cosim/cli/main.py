@@ -2,7 +2,9 @@
 
 import pkgutil
 import signal
+import sys
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Any
 
 import click
@@ -43,6 +45,8 @@ def main() -> None:
     """Hold an underwater vehicle in place: build, run and compare systems of FMUs."""
     # What Ctrl-C cleans up and keeps, an order to terminate does.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    if isinstance(sys.stdout, TextIOWrapper):  # as on stderr: a name may have letters that the encoding lacks
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 if __name__ == "__main__":

@@ -1,14 +1,15 @@
 """Building the FMUs of all components, in one of the exports."""
 
 import pkgutil
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from importlib import import_module
 from pathlib import Path
 
 from ..components import __name__ as components_name
 from ..components import __path__ as components_path
 from ..components.interface import Component
-from .zig import BuildError
+from . import stamp
+from .zig import BuildError, host_platform
 
 EXPORTS = ("native", "pythonfmu")
 
@@ -20,27 +21,52 @@ def components() -> dict[str, Component]:
     return {component.name: component for component in found}
 
 
-def build_fmus(root: Path, export: str = "native", platforms: Iterable[str] = ()) -> dict[Path, bool]:
+def build_fmus(
+    root: Path,
+    export: str = "native",
+    platforms: Iterable[str] = (),
+    names: Iterable[str] | None = None,
+    progress: Callable[[str], object] = lambda line: None,
+) -> dict[Path, bool]:
     """Build the FMUs below `root`; return for each path whether it was written or was current.
 
     Parameters
     ----------
     export : one of `EXPORTS`.
     platforms : those that a native FMU is for; this machine's if left out. A pythonfmu FMU has all that pythonfmu has.
+    names : the components; all if left out.
+    progress : is told in a line what begins, before all that takes long.
 
     Raises
     ------
     BuildError : a package is not installed, or a component does not compile.
+    OSError : an FMU cannot be written.
     """
-    paths = {fmu_path(root, name, export): component for name, component in components().items()}
+    needed = (set(platforms) or {host_platform()}) if export == "native" else set()
+    known = components()
+    made_of = stamp.inputs(known if names is None else names)
+    written = {}
+    for name, hash_ in made_of.items():
+        path = fmu_path(root, name, export)
+        written[path] = False
+        if not stamp.holds(path, hash_, needed):
+            written[path] = _export(known[name], path, export, needed, progress)
+            stamp.put(path, hash_)
+    return written
+
+
+def _export(
+    component: Component, path: Path, export: str, platforms: set[str], progress: Callable[[str], object]
+) -> bool:
+    # Imported here: what an export needs takes longer to load than the check that nothing is to be built.
     if export == "pythonfmu":
         from . import pythonfmu_export
 
-        return {path: pythonfmu_export.export(component, path) for path, component in paths.items()}
+        return pythonfmu_export.export(component, path)
     try:
         from . import native_export
 
-        return {path: native_export.export(component, path, platforms) for path, component in paths.items()}
+        return native_export.export(component, path, platforms, progress)
     except ModuleNotFoundError as error:
         raise BuildError(
             f"The native export needs {error.name}: pip install 'rov-cosim[native]', or take --export pythonfmu."

@@ -50,7 +50,7 @@ def entries(component: Component, packages: Iterable[str]) -> dict[str, bytes]:
     for package in packages:
         for file in distribution(package).files or ():
             if file.name == "LICENSE":
-                content[f"documentation/licenses/{package}.txt"] = file.read_text().encode()
+                content[f"documentation/licenses/{package}.txt"] = file.read_text(encoding="utf-8").encode()
     return content
 
 
@@ -64,7 +64,7 @@ def page(component: Component) -> str:
 def readme(component: Component) -> str:
     """Return the component's page in Markdown, for where it stands alone: links into the project become their text."""
     folder = files(f"{__package__.rsplit('.', 1)[0]}.components.{component.name}")
-    return _RELATIVE_LINK.sub(r"\1", folder.joinpath("README.md").read_text())
+    return _RELATIVE_LINK.sub(r"\1", folder.joinpath("README.md").read_text(encoding="utf-8"))
 
 
 def html(title: str, markdown: str, more: str = "") -> str:

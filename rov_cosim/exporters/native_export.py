@@ -1,6 +1,6 @@
 """The native export: an FMU of C traced from the component's functions; it needs nothing on the target."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
@@ -16,24 +16,34 @@ _SAMPLED_ONLY = {"sampled.c", "noise.c", "noise.h"}
 _CONTINUOUS_ONLY = {"continuous.c"}
 
 
-def export(component: Component, path: Path, platforms: Iterable[str] = ()) -> bool:
+def export(
+    component: Component,
+    path: Path,
+    platforms: Iterable[str] = (),
+    progress: Callable[[str], object] = lambda line: None,
+) -> bool:
     """Write the FMU of a component to `path` unless it is current; tell whether it was written.
 
-    platforms are some of `zig.TARGETS`, or this machine's if left out. Binaries for others stay in while current.
+    Parameters
+    ----------
+    platforms : some of `zig.TARGETS`, or this machine's if left out. Binaries for others stay in while current.
+    progress : is told in a line what begins: the tracing, and each compilation.
 
     Raises
     ------
     BuildError : the C compiler fails, or has no target for this machine.
     """
+    progress(f"tracing {component.name}")
     code = sources(component)
     content = _entries(component, code)
     kept = _kept_binaries(path, content, component)
     wanted = set(platforms) or {zig.host_platform()}
-    new = {
-        _place(component, platform): zig.shared_library(component.name, code, platform)
-        for platform in zig.TARGETS
-        if platform in wanted and _place(component, platform) not in kept
-    }
+    new = {}
+    for platform in zig.TARGETS:
+        place = _place(component, platform)
+        if platform in wanted and place not in kept:
+            progress(f"compiling {component.name} for {platform}")
+            new[place] = zig.shared_library(component.name, code, platform)
     if not new:
         return False
     binaries = kept | new

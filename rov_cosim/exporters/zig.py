@@ -1,10 +1,15 @@
 """Compiling C for every platform by the PyPI package `ziglang`; no compiler of the system is used."""
 
+import atexit
+import os
+import shutil
 import struct
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -33,6 +38,12 @@ FLAGS = (
     "-Werror",
 )
 
+TIME_LIMIT = 1800.0
+"""Time in s that a compilation may take; the first for a platform compiles zig's C library too, some minutes."""
+
+# Where zig looks for its cache, in its order, and the folder below; LOCALAPPDATA is set on Windows alone.
+_CACHES = {"ZIG_GLOBAL_CACHE_DIR": "", "LOCALAPPDATA": "zig", "XDG_CACHE_HOME": "zig", "HOME": ".cache/zig"}
+
 _SHARED = ("-shared", "-fPIC", "-s")
 _FAT_MAGIC, _CPU_TYPES = 0xCAFEBABE, {"x86_64": (0x01000007, 3), "aarch64": (0x0100000C, 0)}
 _FAT_ALIGNMENT = 14
@@ -56,7 +67,7 @@ def shared_library(name: str, sources: Mapping[str, bytes], platform: str) -> by
 
     Raises
     ------
-    BuildError : the compiler refuses the source; the message is the compiler's.
+    BuildError : the compiler refuses the source, with its words, or does not end.
     """
     output = name + SUFFIXES[platform]
     slices = {target: compiled(sources, target, output, _SHARED) for target in TARGETS[platform]}
@@ -87,17 +98,51 @@ def compiled(sources: Mapping[str, bytes], target: str, output: str, options: It
 
     Raises
     ------
-    BuildError : the compiler refuses the source.
+    BuildError : the compiler refuses the source, or does not end.
     """
     with tempfile.TemporaryDirectory() as folder:
         for name, content in sources.items():
             (Path(folder) / name).write_bytes(content)
         files = sorted(name for name in sources if name.endswith(".c"))
         command = [sys.executable, "-m", "ziglang", *_command(target, output, options, files)]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        try:
+            done = subprocess.run(
+                command,
+                cwd=folder,
+                env={**os.environ, "ZIG_GLOBAL_CACHE_DIR": str(_cache_folder())},
+                capture_output=True,
+                encoding="utf-8",
+                errors="replace",
+                timeout=TIME_LIMIT,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            raise BuildError(f"The compiler does not end for {target} within {TIME_LIMIT:g} s.") from None
         if done.returncode:
             raise BuildError(f"The compiler fails for {target}:\n{done.stderr}")
         return (Path(folder) / output).read_bytes()
+
+
+def _cache_folder() -> Path:
+    """Return where zig keeps what it has compiled: its usual folder, or one for this process if that cannot be used.
+
+    zig ends with an error where there is no home, and tries for ever where one cannot be made, as below /proc.
+    """
+    for variable, below in _CACHES.items():
+        if value := os.environ.get(variable):
+            folder = Path(value, below).absolute()
+            with suppress(OSError):
+                folder.mkdir(parents=True, exist_ok=True)
+                tempfile.TemporaryFile(dir=folder).close()
+                return folder
+    return _temporary_cache()
+
+
+@cache
+def _temporary_cache() -> Path:
+    folder = Path(tempfile.mkdtemp(prefix="zig-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 def _command(target: str, output: str, options: Iterable[str], files: Iterable[str]) -> list[str]:

@@ -20,7 +20,7 @@ def guide(component: Component, cases: tuple[Case, ...]) -> str:
     required = [signal for signal in component.inputs if signal.type == "Boolean" and signal.key.endswith("valid")]
     essential = "".join(f"`{signal.key}` must be true for a measurement to be used. " for signal in required)
     page = readme(component).split("\n", 1)[1].strip()
-    template = (files(__package__) / "guide.md.in").read_text()
+    template = (files(__package__) / "guide.md.in").read_text(encoding="utf-8")
     return template.format(
         title=component.title,
         name=component.name,

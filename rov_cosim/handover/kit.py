@@ -56,12 +56,12 @@ def entries(component: Component, platforms: Iterable[str]) -> dict[str, bytes]:
     content["host.c"] = (files(__package__) / "host.c").read_bytes()
     signals = component.inputs + component.outputs + component.parameters
     types = {name: signal.type for signal in signals if signal.type != "Real" for name in signal.names}
-    script = (files(__package__) / "replay_ecos.py.in").read_text()
+    script = (files(__package__) / "replay_ecos.py.in").read_text(encoding="utf-8")
     content["replay_ecos.py"] = script.format(name=component.name, first=cases[0].name, types=types).encode()
     for name, header in native_export.standard_headers().items():
         content[f"headers/{name}"] = header
     (licence,) = (file for file in distribution("rov-cosim").files or () if file.name == "LICENSE")
-    return {**content, "LICENSE": licence.read_text().encode()}
+    return {**content, "LICENSE": licence.read_text(encoding="utf-8").encode()}
 
 
 def _parameter_sets(component: Component, fmu: Path) -> dict[str, bytes]:

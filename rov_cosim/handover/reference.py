@@ -52,11 +52,11 @@ def write(reference: Reference, folder: Path) -> None:
     write_csv(folder / f"{component.name}_ref.csv", reference.outputs)
     options = {"StartTime": 0.0, "StopTime": case.steps * SAMPLE_TIME, "StepSize": SAMPLE_TIME, "RelTol": TOLERANCE}
     text = "".join(f"{name}, {value!r}\n" for name, value in options.items())
-    (folder / f"{component.name}_ref.opt").write_text(text)
+    (folder / f"{component.name}_ref.opt").write_text(text, encoding="utf-8")
     if case.parameters:
         element = Element(component.name, folder, describe(component), case.parameters)
         (folder / f"{component.name}.ssv").write_bytes(parameter_set(element))
-    (folder / f"{component.name}_host.txt").write_text(script(reference))
+    (folder / f"{component.name}_host.txt").write_text(script(reference), encoding="utf-8")
 
 
 def script(reference: Reference) -> str:

@@ -66,7 +66,7 @@ def _declared_otherwise(element: Element, component: Component, by_ours: Mapping
 
 def _names(path: Path) -> Mapping[str, str]:
     try:
-        names = tomllib.loads(path.read_text())
+        names = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise CheckError(f"{path} is not TOML: {error}.") from None
     if wrong := [their for their, ours in names.items() if not isinstance(ours, str)]:

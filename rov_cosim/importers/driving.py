@@ -91,7 +91,9 @@ def by_name(names: Sequence[str], rows: Sequence[Sequence[float]]) -> dict[str, 
 
 def tool(*command: object, cwd: Path) -> str:
     """Run a program in a folder and return what it says; RuntimeError with that if it fails."""
-    done = subprocess.run([str(part) for part in command], cwd=cwd, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [str(part) for part in command], cwd=cwd, capture_output=True, encoding="utf-8", errors="replace", check=False
+    )
     if done.returncode:
         raise RuntimeError(f"{command[:4]}: status {done.returncode}\n{done.stdout}{done.stderr}")
     return done.stdout

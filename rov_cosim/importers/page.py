@@ -147,11 +147,13 @@ def measure(name: str, part: Part, path: Path, stop_time: float | None = None) -
         command = [sys.executable, "-m", __spec__.name, name, part, str(path.resolve()), str(stop_time or ""), str(out)]
         temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder)  # not all tools clean up after themselves
         environment = {**os.environ, **temporary}
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            command, env=environment, capture_output=True, encoding="utf-8", errors="replace", check=False
+        )
         if done.returncode or not out.is_file():
             said = (done.stdout + done.stderr)[-2000:]
             raise ImporterError(f"{name} fails with the {part}, status {done.returncode}:\n{said}")
-        return float(out.read_text())
+        return float(out.read_text(encoding="utf-8"))
 
 
 def _controller(importer: Importer, fmu: Path) -> float:
@@ -207,7 +209,7 @@ def write_page() -> Path:
     page = project_root() / "docs" / "IMPORTERS.md"
     text = (files(__package__) / "importing.md.in").read_text()
     page.parent.mkdir(exist_ok=True)
-    page.write_text(text.replace("{table}", table()))
+    page.write_text(text.replace("{table}", table()), encoding="utf-8")
     return page
 
 
@@ -217,7 +219,7 @@ def _main(name: str, part: str, path: str, stop_time: str, out: str) -> None:
         found = _controller(importer, Path(path))
     else:
         found = _loop(importer, Path(path), float(stop_time) if stop_time else None)
-    Path(out).write_text(repr(found))
+    Path(out).write_text(repr(found), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -69,7 +69,7 @@ def _container(folder: Path, fmus: Sequence[Path], rules: Sequence[Sequence[obje
     for fmu in fmus:
         tool(sys.executable, "-m", "fmu_manipulation_toolbox.cli.fmutool", "-input", fmu, "-check", cwd=folder)
         shutil.copy(fmu, folder)
-    with (folder / "made.csv").open("w", newline="") as file:
+    with (folder / "made.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, delimiter=";")
         writer.writerow(["rule", "from_fmu", "from_port", "to_fmu", "to_port"])
         writer.writerows([*([("FMU", fmu.name, "", "", "") for fmu in fmus]), *rules])
@@ -116,7 +116,7 @@ def _hosted(unpacked: Path, reference: Reference, folder: Path) -> float:
         host.chmod(0o755)
     description, platform = read_model_description(str(unpacked)), zig.host_platform()
     library = f"{description.coSimulation.modelIdentifier}{zig.SUFFIXES[platform]}"
-    (folder / "script.txt").write_text(script(reference))
+    (folder / "script.txt").write_text(script(reference), encoding="utf-8")
     told = tool(host, unpacked / "binaries" / platform / library, description.guid, "script.txt", cwd=folder)
     found = re.match(r"(\d+) steps, largest deviation (\S+)", told)
     if not found or int(found[1]) != reference.case.steps:

@@ -1,11 +1,13 @@
 """The archives of this project's systems: where they lie, and building them."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from ..exporters.build import build_fmus, components, fmu_path, project_root
 from ..ssp.declaration import System, wire
 from ..ssp.writer import write
+
+Progress = Callable[[str], object]
 
 
 def ssp_path(name: str, export: str = "native") -> Path:
@@ -14,20 +16,25 @@ def ssp_path(name: str, export: str = "native") -> Path:
     return folder / f"{name}.ssp"
 
 
-def built(system: System, export: str = "native") -> dict[str, Path]:
-    """Return the FMUs of a system by component, built if they are not current.
+def built(system: System, export: str = "native", progress: Progress = lambda line: None) -> dict[str, Path]:
+    """Return the FMUs of a system by component, built if they are not current; `progress` is told what begins.
 
     Raises
     ------
     BuildError : an FMU cannot be built.
     """
-    root = project_root()
-    build_fmus(root, export)
-    return {name: fmu_path(root, name, export) for name in components()}
+    root, known = project_root(), components()
+    names = [name for name in dict.fromkeys(system.elements.values()) if name in known]  # `wire` tells of others
+    build_fmus(root, export, names=names, progress=progress)
+    return {name: fmu_path(root, name, export) for name in names}
 
 
 def build(
-    *systems: System, export: str = "native", platforms: Iterable[str] = (), plain: bool = False
+    *systems: System,
+    export: str = "native",
+    platforms: Iterable[str] = (),
+    plain: bool = False,
+    progress: Progress = lambda line: None,
 ) -> dict[Path, bool]:
     """Build all FMUs and the archives of systems; return for each path whether it was written or was current.
 
@@ -37,9 +44,9 @@ def build(
     WiringError : a system is wrong.
     """
     root = project_root()
-    built = build_fmus(root, export, platforms)
+    written = build_fmus(root, export, platforms, progress=progress)
     fmus = {name: fmu_path(root, name, export) for name in components()}
     for system in systems:
         path = ssp_path(system.name, export)
-        built[path] = write(wire(system, fmus), path, plain)
-    return built
+        written[path] = write(wire(system, fmus), path, plain)
+    return written

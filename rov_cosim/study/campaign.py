@@ -59,6 +59,7 @@ def wired(
     changes: Changes | None = None,
     warn: Callable[[str], None] = lambda message: None,
     systems: Sequence[System] = (),
+    progress: Callable[[str], object] = lambda line: None,
 ) -> Loops:
     """Return the loop of each vehicle with each controller, and those of further systems, with changes in them.
 
@@ -72,7 +73,9 @@ def wired(
     changes, once = changes or Changes(), cache(warn)  # the same for every loop
     loops = {pair: holding(*pair) for pair in product(vehicles, controllers)}
     loops |= {(system.name, controller_in(system)): system for system in systems}
-    return {pair: changes.applied(wire(system, built(system)), once) for pair, system in loops.items()}
+    return {
+        pair: changes.applied(wire(system, built(system, progress=progress)), once) for pair, system in loops.items()
+    }
 
 
 def run_all(

@@ -42,7 +42,7 @@ def plot_run(results: NDArray[Any], wiring: Wiring, title: str, path: Path) -> N
     for panel, label in ((thrust, "thruster wrench [N, N m]"), (unknown, "disturbance, true: dashed [N, N m]")):
         _finish(panel, label)
         if panel.lines:
-            panel.legend(ncols=4, fontsize="small")
+            panel.legend(ncols=4, fontsize="small", loc="lower right")
         panel.set_xlabel("time [s]")
     figure.suptitle(title, fontsize=12)
     save(figure, path)

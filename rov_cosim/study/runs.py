@@ -22,9 +22,9 @@ from ..ssp.writer import write
 from .archives import built, ssp_path
 from .assessment import assessable, report
 from .changes import Changes
-from .counted_warnings import counted
 from .csv_table import write_csv
 from .scores import Score, score
+from .screen import counted, say
 
 _LONGEST_NAME = 120
 
@@ -54,8 +54,11 @@ def opened(
     changes: Changes | None = None,
     export: str = "native",
     warn: Callable[[str], None] = lambda message: None,
+    progress: Callable[[str], object] = lambda line: None,
 ) -> Iterator[Wiring]:
     """Yield the wiring of a system, its FMUs built in an export, or of any SSP archive, with changes in it.
+
+    `warn` is called with what the changes leave open, `progress` with what a build begins.
 
     Raises
     ------
@@ -64,7 +67,7 @@ def opened(
     """
     changes = changes or Changes()
     if isinstance(system, System):
-        yield changes.applied(wire(system, built(system, export)), warn)
+        yield changes.applied(wire(system, built(system, export, progress)), warn)
         return
     with reader.opened(system) as wiring:
         yield changes.applied(replace(wiring, name=_archive_name(system, wiring)), warn)
@@ -123,7 +126,7 @@ def run(
     """
     folder = (folder or results_folder()).absolute()  # an FMU may change the working directory
     folder.mkdir(parents=True, exist_ok=True)
-    with counted() as warn, opened(system, changes, export, warn) as wiring:
+    with counted() as warn, opened(system, changes, export, warn, say) as wiring:
         if archive:
             write(wiring, archive, warn=warn)
         done = simulated(wiring, coupling, stop_time, warn)

@@ -6,6 +6,7 @@ import click
 
 from ...exporters.build import EXPORTS
 from ...study import archives
+from ...study.screen import say
 from ...systems.catalogue import SYSTEMS
 
 
@@ -14,7 +15,7 @@ from ...systems.catalogue import SYSTEMS
 def command(system: str) -> None:
     """Measure what a run costs in both exports, and the floor: steps, loops, whole commands."""
     for export in EXPORTS:
-        archives.build(SYSTEMS[system], export=export)
+        archives.build(SYSTEMS[system], export=export, progress=say)
     from ...benchmark import report as benchmarking
 
     with TemporaryDirectory() as folder:

@@ -4,6 +4,7 @@ import click
 
 from ...exporters.zig import TARGETS
 from ...study import archives
+from ...study.screen import say
 from ...systems.catalogue import SYSTEMS
 from .. import options
 
@@ -19,6 +20,6 @@ def command(export: str, all_platforms: bool, plain_ssp: bool) -> None:
     if all_platforms and export != "native":
         raise click.UsageError("--all-platforms is for the native export: a pythonfmu FMU has all that pythonfmu has.")
     platforms = TARGETS if all_platforms else ()
-    built = archives.build(*SYSTEMS.values(), export=export, platforms=platforms, plain=plain_ssp)
+    built = archives.build(*SYSTEMS.values(), export=export, platforms=platforms, plain=plain_ssp, progress=say)
     for path, written in built.items():
         click.echo(f"{'built  ' if written else 'current'}  {path}")

@@ -9,9 +9,9 @@ import click
 from ...errors import UserError
 from ...ssp.declaration import System
 from ...study.changes import Changes
-from ...study.counted_warnings import counted
 from ...study.runs import Run, file_name, opened, results_folder, simulated
 from ...study.score_table import table, write_scores
+from ...study.screen import counted, say
 from ...study.troubles import TROUBLES
 from .. import options
 
@@ -67,7 +67,7 @@ def command(
         for system in systems:
             for values in product(*(values for _, values in varied)):
                 words = dict(zip((end for end, _ in varied), values, strict=True))
-                with opened(system, _with(changes, words), export, warn) as wiring:
+                with opened(system, _with(changes, words), export, warn, say) as wiring:
                     done = simulated(wiring, coupling, stop_time, warn)
                 label = _label(system, words, len(systems) > 1)
                 if label in runs:

@@ -13,10 +13,10 @@ from tqdm import tqdm
 
 from ...study.campaign import Campaign, CampaignError, Cell, run_all, wired
 from ...study.changes import Changes
-from ...study.counted_warnings import counted
 from ...study.runs import results_folder
 from ...study.score_table import write_scores
 from ...study.scores import VERDICTS
+from ...study.screen import counted, say
 from ...study.troubles import TROUBLES
 from ...systems.catalogue import SYSTEMS
 from ...systems.fleet import CONTROLLERS, VEHICLES
@@ -62,7 +62,7 @@ def command(
     # A part must not take the place of the whole.
     stem = "matrix_part" if note or vehicles or controllers or troubles or systems else "matrix"
     with counted() as warn:
-        loops = wired(*chosen, changes, warn, [SYSTEMS[name] for name in systems])
+        loops = wired(*chosen, changes, warn, [SYSTEMS[name] for name in systems], say)
     try:
         found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress)
     except CampaignError as error:

@@ -1,4 +1,4 @@
-"""Warnings on the screen: the first of its kind at once, how many more of them at the end."""
+"""What a command shows besides its results: progress, and warnings, each kind once and how many more."""
 
 import re
 from collections import Counter
@@ -8,6 +8,11 @@ from contextlib import contextmanager
 import click
 
 _NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
+
+
+def say(line: str) -> None:
+    """Show what takes a while, beside the results."""
+    click.echo(line, err=True)
 
 
 @contextmanager
