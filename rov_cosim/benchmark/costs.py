@@ -1,5 +1,7 @@
 """Measurements of what FMUs cost: in C, called from Python, in the master's loop, and as whole commands."""
 
+import math
+import re
 import subprocess
 import sys
 import tempfile
@@ -106,6 +108,21 @@ def command(*words: str) -> tuple[float, float]:
         printed = subprocess.run(launched, capture_output=True, encoding="utf-8", check=True).stdout.split()
         costs.append((float(printed[0]), float(printed[1]) / (1024**2 if sys.platform == "darwin" else 1024)))
     return min(costs)
+
+
+def milestones(marks: Mapping[str, str], *words: str) -> dict[str, float]:
+    """Return after how many seconds a command of this environment has printed a line, for patterns by name."""
+    found = dict.fromkeys(marks, math.inf)
+    for _ in range(ROUNDS):
+        begin = perf_counter()
+        program = str(Path(sys.executable).with_name(words[0]))
+        with subprocess.Popen([program, *words[1:]], stdout=subprocess.PIPE, encoding="utf-8") as running:
+            assert running.stdout
+            for line in running.stdout:
+                for name, pattern in marks.items():
+                    if re.search(pattern, line):
+                        found[name] = min(found[name], perf_counter() - begin)
+    return found
 
 
 def _ways(slave: Slave) -> dict[str, Callable[[float, float], None]]:

@@ -52,6 +52,12 @@ def report(system: System, folder: str) -> Iterator[str]:
         yield _row(label, [f"{wall:.2f}", f"{memory:.0f}"])
 
     yield ""
+    yield _row("rov-cosim run, native: what is there after", ["wall time, s"])
+    marks = {"the table": "^verdict", "the CSV": r"\.csv$", "the picture": r"\.png$"}
+    for label, after in costs.milestones(marks, *run).items():
+        yield _row(label, [f"{after:.2f}"])
+
+    yield ""
     yield _row("ratio", [])
     yield _row("pythonfmu loop : native loop", [f"{loops['pythonfmu'] / loops['native']:.1f}"])
     yield _row("native loop : do-nothing loop", [f"{loops['native'] / loops['do-nothing']:.2f}"])
