@@ -55,6 +55,19 @@ def build_fmus(
     return written
 
 
+def built(
+    names: Iterable[str], export: str = "native", progress: Callable[[str], object] = lambda line: None
+) -> dict[str, Path]:
+    """Return the FMUs of components by name, built below `project_root` if they are not current.
+
+    Names of which there is no component are passed over; the rest is as in `build_fmus`.
+    """
+    root, known = project_root(), components()
+    wanted = [name for name in dict.fromkeys(names) if name in known]
+    build_fmus(root, export, names=wanted, progress=progress)
+    return {name: fmu_path(root, name, export) for name in wanted}
+
+
 def _export(
     component: Component, path: Path, export: str, platforms: set[str], progress: Callable[[str], object]
 ) -> bool:

@@ -1,12 +1,13 @@
 """A system as an engineer writes it down: elements, groups of connections, parameters."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from fmpy import read_model_description
 
 from ..components.interface import SAMPLE_TIME
+from ..exporters.build import built
 from .wiring import Element, End, Link, Value, Wiring, WiringError, converted, suggestion
 
 Connection = tuple[str, str] | tuple[str, str, Mapping[str, float]]
@@ -37,13 +38,26 @@ class System:
     step_size: float = SAMPLE_TIME
 
 
-def wire(system: System, fmus: Mapping[str, Path]) -> Wiring:
-    """Return the wiring of a system, given the path of each FMU by name.
+def wire(
+    system: System,
+    fmus: Mapping[str, Path] | None = None,
+    export: str = "native",
+    progress: Callable[[str], object] = lambda line: None,
+) -> Wiring:
+    """Return the wiring of a system.
+
+    Parameters
+    ----------
+    fmus : the path of each FMU by name; those of this project's components, built if they are not current, if left out.
+    export : "native" or "pythonfmu": which of these.
+    progress : is told in a line what a build begins.
 
     Raises
     ------
+    BuildError : an FMU cannot be built.
     WiringError : everything that is wrong with the declaration.
     """
+    fmus = built(system.elements.values(), export, progress) if fmus is None else fmus
     if unknown := [fmu for fmu in system.elements.values() if fmu not in fmus]:
         raise WiringError(system.name, [f"There is no FMU {fmu}." + suggestion(fmu, fmus) for fmu in unknown])
     elements = tuple(

@@ -7,8 +7,6 @@ from ..exporters.build import build_fmus, components, fmu_path, project_root
 from ..ssp.declaration import System, wire
 from ..ssp.writer import write
 
-Progress = Callable[[str], object]
-
 
 def ssp_path(name: str, export: str = "native") -> Path:
     """Return where the archive of a system lies, with FMUs of an export."""
@@ -16,25 +14,12 @@ def ssp_path(name: str, export: str = "native") -> Path:
     return folder / f"{name}.ssp"
 
 
-def built(system: System, export: str = "native", progress: Progress = lambda line: None) -> dict[str, Path]:
-    """Return the FMUs of a system by component, built if they are not current; `progress` is told what begins.
-
-    Raises
-    ------
-    BuildError : an FMU cannot be built.
-    """
-    root, known = project_root(), components()
-    names = [name for name in dict.fromkeys(system.elements.values()) if name in known]  # `wire` tells of others
-    build_fmus(root, export, names=names, progress=progress)
-    return {name: fmu_path(root, name, export) for name in names}
-
-
 def build(
     *systems: System,
     export: str = "native",
     platforms: Iterable[str] = (),
     plain: bool = False,
-    progress: Progress = lambda line: None,
+    progress: Callable[[str], object] = lambda line: None,
 ) -> dict[Path, bool]:
     """Build all FMUs and the archives of systems; return for each path whether it was written or was current.
 

@@ -18,7 +18,6 @@ from ..ssp.declaration import System, wire
 from ..ssp.wiring import Wiring, WiringError
 from ..systems.fleet import holding
 from ..systems.loop import controller_in
-from .archives import built
 from .changes import Changes
 from .nominal import DoesNotApplyError
 from .scores import Score, score
@@ -73,9 +72,7 @@ def wired(
     changes, once = changes or Changes(), cache(warn)  # the same for every loop
     loops = {pair: holding(*pair) for pair in product(vehicles, controllers)}
     loops |= {(system.name, controller_in(system)): system for system in systems}
-    return {
-        pair: changes.applied(wire(system, built(system, progress=progress)), once) for pair, system in loops.items()
-    }
+    return {pair: changes.applied(wire(system, progress=progress), once) for pair, system in loops.items()}
 
 
 def run_all(

@@ -19,7 +19,7 @@ from ..ssp import reader
 from ..ssp.declaration import System, wire
 from ..ssp.wiring import Wiring
 from ..ssp.writer import write
-from .archives import built, ssp_path
+from .archives import ssp_path
 from .assessment import assessable, report
 from .changes import Changes
 from .csv_table import write_csv
@@ -67,7 +67,7 @@ def opened(
     """
     changes = changes or Changes()
     if isinstance(system, System):
-        yield changes.applied(wire(system, built(system, export, progress)), warn)
+        yield changes.applied(wire(system, export=export, progress=progress), warn)
         return
     with reader.opened(system) as wiring:
         yield changes.applied(replace(wiring, name=_archive_name(system, wiring)), warn)
@@ -103,6 +103,7 @@ def run(
     stop_time: float | None = None,
     folder: Path | None = None,
     name: str = "",
+    picture: Path | None = None,
     archive: Path | None = None,
 ) -> Run:
     """Simulate a system, print a table and a verdict, write NAME.csv and NAME.png; return the run.
@@ -116,6 +117,7 @@ def run(
     stop_time : end in s; the system's own if left out.
     folder : where the files go; build/results if left out.
     name : of the files; made of the system's name and all that differs if left out.
+    picture : the picture, PNG or SVG; NAME.png in the folder if left out.
     archive : where to write what is run as an SSP archive.
 
     Raises
@@ -143,7 +145,7 @@ def run(
     if done.score:
         from .plots import plot_run  # loads matplotlib, which takes longer than the run
 
-        picture = folder / f"{done.name}.png"
+        picture = (picture or folder / f"{done.name}.png").absolute()
         plot_run(done.results, done.wiring, done.name, picture)
         click.echo(picture)
     return done

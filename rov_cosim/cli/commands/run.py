@@ -19,6 +19,12 @@ from .. import options
 @click.option("--name", default="", help="Of the files; made of the system and all that differs if left out.")
 @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV and picture.")
 @click.option(
+    "--picture",
+    type=click.Path(dir_okay=False, path_type=Path),
+    callback=options.suffix(".png", ".svg"),
+    help="The picture; NAME.png in the folder if left out.",
+)
+@click.option(
     "--archive",
     type=click.Path(dir_okay=False, path_type=Path),
     callback=options.suffix(".ssp"),
@@ -33,6 +39,7 @@ def command(
     changes: Changes,
     name: str,
     output: Path | None,
+    picture: Path | None,
     archive: Path | None,
     fail_on: str | None,
 ) -> None:
@@ -45,6 +52,7 @@ def command(
         stop_time=stop_time,
         folder=output,
         name=name,
+        picture=picture,
         archive=archive,
     )
     if fail_on:
