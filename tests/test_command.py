@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -131,6 +132,7 @@ def test_a_run_that_fails_midway_keeps_its_results(archives, tmp_path):
 def test_a_light_install_runs_the_pythonfmu_export_and_says_what_the_native_one_needs(tmp_path):
     script = """
 import sys
+import time
 from pathlib import Path
 from rov_cosim.exporters import build
 sys.modules["casadi"] = None
@@ -170,3 +172,25 @@ def test_every_script_runs(name, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert "disturbance" in done.stdout
+
+
+def test_an_order_to_terminate_keeps_the_results_and_leaves_nothing_behind(archives, tmp_path):
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    command = [sys.executable, "-m", "rov_cosim.cli.main", "run", "station_keeping", "--stop-time", "20000"]
+    process = subprocess.Popen(
+        [*command, "--name", "long", "--output", tmp_path],
+        env={**os.environ, "TMPDIR": str(temporary)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+    )
+    while not list(temporary.glob("*/*/binaries")):
+        time.sleep(0.05)
+    time.sleep(0.5)
+    process.terminate()
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "Interrupted at" in errors
+    assert len((tmp_path / "long.csv").read_text(encoding="utf-8").splitlines()) > 10
+    assert not list(temporary.iterdir())

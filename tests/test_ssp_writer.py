@@ -1,6 +1,10 @@
 """SSP archives as they are written: valid, complete, as other readers need them, reproducible."""
 
+import shutil
+import subprocess
+import sys
 from importlib.resources import files
+from importlib.util import find_spec
 
 import pytest
 from fmpy.model_description import Unknown
@@ -93,6 +97,18 @@ def test_the_container_reads_each_initial_value_after_what_it_follows_from(fmus)
     last = {pair: len(order) - 1 - order[::-1].index(pair) for pair in order}
     assert last["rov_plant>passive_arm"] < first["passive_arm>controller"]
     assert last["passive_arm>controller"] < first["controller>rov_plant"]
+
+
+@pytest.mark.parametrize("name", ["station_keeping", "bluerov2_heavy_pid"])
+def test_another_checker_finds_nothing_in_an_archive_as_an_fmu(archives, tmp_path, name):
+    if not find_spec("fmu_manipulation_toolbox"):
+        pytest.skip("fmu-manipulation-toolbox is not installed; the extra `importers` has it")
+    fmu = tmp_path / f"{name}.fmu"
+    shutil.copy(archives[name], fmu)
+    command = [sys.executable, "-m", "fmu_manipulation_toolbox.cli.fmutool", "-input", fmu, "-check"]
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "ERROR" not in done.stdout + done.stderr
 
 
 def test_a_loop_of_initial_values_is_told(plain_gain):

@@ -526,3 +526,20 @@ def test_a_vehicle_of_another_make_gets_the_same_table(fmus, foreign, tmp_path):
         assert rows["adaptive_pd", trouble]["verdict"] == rows["pid", trouble]["verdict"] == "held"
         assert rows["pd", trouble]["verdict"] == "offset"
         assert float(rows["pd", trouble]["mean"]) == pytest.approx(4 / STIFFNESS["x"], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("a = " + "[" * 5000 + "]" * 5000, "nested too deeply for a map"),
+        ("[rov_plant.variables]\na = " + "[" * 80 + "]" * 80, 'expected "OURS" or'),
+        ("[rov_plant.constants]\nnu = 0x" + "f" * 5000, "nu = what cannot be shown: expected a finite number"),
+        (f"[rov_plant.variables]\na = {{ ours = 'eta', factor = 0x{'f' * 5000} }}", "factor = what cannot be shown"),
+        ("[rov_plant.constants]\nnu = " + "9" * 5000, "This is not TOML"),
+    ],
+)
+def test_a_map_that_no_line_can_show_is_refused_in_a_line(tmp_path, text, reason):
+    (tmp_path / "map.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(WiringError, match=re.escape(reason)) as caught:
+        swap_map.read(tmp_path / "map.toml")
+    assert max(len(problem) for problem in caught.value.problems) < 400

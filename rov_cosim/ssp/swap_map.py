@@ -73,6 +73,8 @@ def read(path: Path) -> dict[str, SwapMap]:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:  # of TOML, of UTF-8, or of an integer with thousands of digits
         raise WiringError(str(path), [f"This is not TOML: {error}."]) from None
+    except RecursionError:
+        raise WiringError(str(path), ["Its tables or lists are nested too deeply for a map."]) from None
     if problems := [problem for element, table in tables.items() for problem in _problems(element, table)]:
         raise WiringError(str(path), problems)
     return {element: _map(table) for element, table in tables.items()}
@@ -114,12 +116,13 @@ def _problems(element: str, table: Any) -> Iterator[str]:
             yield f"{where}: expected a {'table' if _PARTS[part] is dict else 'list of names'}."
         elif part == "without":
             yield from (
-                f"{where}: expected names in quotes, got {name!r}." for name in content if type(name) is not str
+                f"{where}: expected names in quotes, got {_shown(name)}." for name in content if type(name) is not str
             )
         elif part == "constants":
             for name, value in content.items():
                 if type(value) is not bool and not _is_number(value):
-                    yield f"{where}: {name} = {value!r:.40}: expected a finite number, true or false{_unquoted(value)}."
+                    expected = f"expected a finite number, true or false{_unquoted(value)}"
+                    yield f"{where}: {name} = {_shown(value)}: {expected}."
         else:
             for name, entry in content.items():
                 yield from (f"[{element}.variables] {name}: {problem}" for problem in _entry_problems(entry))
@@ -129,18 +132,18 @@ def _entry_problems(entry: Any) -> Iterator[str]:
     if isinstance(entry, str):
         return
     if not isinstance(entry, dict) or type(entry.get("ours")) is not str:
-        yield f'expected "OURS" or {{ ours = "OURS", ... }}, got {entry!r}{_unquoted(entry)}.'
+        yield f'expected "OURS" or {{ ours = "OURS", ... }}, got {_shown(entry)}{_unquoted(entry)}.'
         return
     for key, value in entry.items():
         if key == "factor":
             if not _is_number(value) or value == 0:
-                yield f"factor = {value!r:.40}: expected a finite number that is not 0."
+                yield f"factor = {_shown(value)}: expected a finite number that is not 0."
         elif key == "unit":
             if type(value) is not str or value not in KNOWN:
-                yield f"unit = {value!r} is not known; expected one of {', '.join(KNOWN)}."
+                yield f"unit = {_shown(value)} is not known; expected one of {', '.join(KNOWN)}."
         elif key == "z_down":
             if type(value) is not bool:
-                yield f"z_down = {value!r}: expected true or false."
+                yield f"z_down = {_shown(value)}: expected true or false."
         elif key != "ours":
             yield f"{key} is unknown; expected ours, factor, unit or z_down."
 
@@ -150,6 +153,14 @@ def _is_number(value: Any) -> bool:
         return type(value) in (int, float) and isfinite(value)
     except OverflowError:  # an integer beyond the floats
         return False
+
+
+def _shown(value: Any) -> str:
+    """Return a value as a line can hold it."""
+    try:
+        return f"{value!r:.40}"
+    except (ValueError, RecursionError):  # an integer of thousands of digits, lists in lists
+        return "what cannot be shown"
 
 
 def _unquoted(value: Any) -> str:
