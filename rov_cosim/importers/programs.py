@@ -111,7 +111,7 @@ def _hosted(unpacked: Path, reference: Reference, folder: Path) -> float:
     """Return what host.c, compiled by zig, says of a reference run."""
     host = folder / "host"
     if not host.is_file():
-        sources = {"host.c": (files(__package__) / "host.c").read_bytes(), **standard_headers()}
+        sources = {"host.c": (files("rov_cosim.handover") / "host.c").read_bytes(), **standard_headers()}
         host.write_bytes(zig.compiled(sources, zig.host_target(), "host", ["-ldl"]))
         host.chmod(0o755)
     description, platform = read_model_description(str(unpacked)), zig.host_platform()
