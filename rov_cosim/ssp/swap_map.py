@@ -73,6 +73,9 @@ def read(path: Path) -> dict[str, SwapMap]:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:  # of TOML, of UTF-8, or of an integer with thousands of digits
         raise WiringError(str(path), [f"This is not TOML: {error}."]) from None
+    if flat := [name for name, table in tables.items() if isinstance(table, str)]:
+        line, where = f'"{flat[0]}" = "{tables[flat[0]]}"', "[ELEMENT.variables], for example [controller.variables],"
+        raise WiringError(str(path), [f"{flat[0]} stands in no section: expected {where} before {line}."])
     if problems := [problem for element, table in tables.items() for problem in _problems(element, table)]:
         raise WiringError(str(path), problems)
     return {element: _map(table) for element, table in tables.items()}

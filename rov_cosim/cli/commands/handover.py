@@ -39,7 +39,10 @@ for _name in components():
     "--component", type=click.Choice(list(components())), help="Whose behaviour; by the FMU's name if left out."
 )
 @click.option(
-    "--map", "map_", type=click.Path(exists=True, dir_okay=False, path_type=Path), help='TOML: "theirs" = "ours".'
+    "--map",
+    "map_",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="TOML: what the FMU's variables are, as for `run --swap`; none if it has the same names.",
 )
 def check(fmu: Path, component: str | None, map_: Path | None) -> None:
     """Replay the reference runs through an FMU file; say signal by signal whether it conforms."""
