@@ -59,6 +59,19 @@ def test_the_kit_holds_what_its_guide_promises(kits, name):
     assert set(archive.read(folder.with_name(f"{folder.name}.zip"))) == {f"{folder.name}/{n}" for n in names}
 
 
+def test_the_long_steps_of_a_kit_are_told_as_they_come(tmp_path):
+    told = []
+
+    def progress(steps, what):
+        for step in steps:
+            told.append(f"{what} {step}")
+            yield step
+
+    kit.write(COMPONENTS["scenario"], tmp_path, [zig.host_platform()], progress)
+    runs = [f"reference run {case.name}" for case in cases_of(COMPONENTS["scenario"])]
+    assert told == [f"binary {zig.host_platform()}", *runs]
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_references_are_in_the_form_of_the_cross_check(kits, name):
     schema = etree.XMLSchema(file=str(files("fmpy.ssp") / "schema" / "SystemStructureParameterValues.xsd"))

@@ -1,12 +1,14 @@
 """`rov-cosim handover`: kits, and the check of an import."""
 
 import sys
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import click
+from tqdm import tqdm
 
 from ...exporters.build import components
-from ...exporters.zig import TARGETS, host_platform
+from ...exporters.zig import TARGETS, BuildError, host_platform
 from ...study import session
 
 
@@ -19,14 +21,23 @@ def _kit(name: str) -> click.Command:
     @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for the kit.")
     @click.option("--this-platform", is_flag=True, help="A binary for this machine alone, which is sooner built.")
     def write(output: Path | None, this_platform: bool) -> None:
-        session.build()
-        from ...handover import kit
-
+        try:
+            from ...handover import kit
+        except ModuleNotFoundError as error:
+            raise BuildError(f"A kit needs {error.name}: pip install 'rov-cosim[native]'.") from None
         folder = output or session.project_root() / "build" / "handover"
-        for path in kit.write(components()[name], folder, [host_platform()] if this_platform else TARGETS):
+        platforms = [host_platform()] if this_platform else [*TARGETS]
+        for path in kit.write(components()[name], folder, platforms, _progress):
             click.echo(path)
 
     return click.command(name, help=f"Write the kit of {name}: FMU, guide, parameter sets, reference runs.")(write)
+
+
+def _progress(steps: Iterable[str], what: str) -> Iterator[str]:
+    with tqdm(list(steps), leave=False, disable=None) as bar:
+        for step in bar:
+            bar.set_description(f"{what} {step}")
+            yield step
 
 
 for _name in components():
