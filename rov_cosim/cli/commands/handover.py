@@ -68,7 +68,10 @@ def check(fmu: Path, component: str | None, map_: Path | None) -> None:
 @command.command()
 def importers() -> None:
     """Run the controller and a system in the tools of others, and write docs/IMPORTERS.md."""
-    session.build()
     from ...importers.page import write_page
 
-    click.echo(write_page())
+    page = session.project_root() / "docs" / "IMPORTERS.md"
+    failures = write_page(page, _progress)
+    click.echo(page)
+    if failures:
+        raise click.ClickException("\n".join(failures))
