@@ -328,21 +328,72 @@ def test_the_commands_write_a_kit_and_check_an_fmu(fmus, tmp_path):
     assert "the sign is flipped" in done.output
 
 
+LONG = "a" * 240
+
+
+def one_line(done):
+    """Return what a command that failed says, which is a line, after click's own about the usage."""
+    assert done.exit_code in (1, 2)
+    assert isinstance(done.exception, SystemExit)
+    (line,) = (text for text in done.output.splitlines() if text and not text.startswith(("Usage: ", "Try ")))
+    return line
+
+
+def changed(fmu, path, change):
+    """Write a copy of an FMU; change is (name, data) from (name, data), or None to leave an entry out."""
+    entries = [change(name, data) for name, data in archive.read(fmu).items()]
+    archive.write(path, dict(entry for entry in entries if entry))
+    return path
+
+
 def test_what_cannot_be_checked_ends_with_a_reason(fmus, plain_gain, tmp_path):
     (tmp_path / "no.fmu").write_text("hello")
     (tmp_path / "no.toml").write_text("= 3")
     (tmp_path / "vain.toml").write_text('[controller.variables]\n"eta_m.x" = "eta_m.w"')
+    (tmp_path / "long.toml").write_text(f'[controller.variables]\n"{LONG}" = "eta_m.x"')
+    ours, here = fmus["adaptive_pd"], f"binaries/{zig.host_platform()}/"
+    without, elsewhere, broken, named = (
+        changed(ours, tmp_path / f"{i}.fmu", change)
+        for i, change in enumerate(
+            (
+                lambda name, data: None if name.startswith("binaries/") else (name, data),
+                lambda name, data: (name.replace(here, "binaries/c64x/"), data),
+                lambda name, data: (name, b"no library" if name.startswith(here) else data),
+                lambda name, data: (name, data.replace(b'modelName="adaptive_pd', b'modelName="' + LONG.encode())),
+            )
+        )
+    )
     for arguments, reason in (
+        ([tmp_path], "is a directory"),
+        ([tmp_path / "none.fmu"], "does not exist"),
+        ([tmp_path / f"{LONG}.fmu"], "does not exist"),
         ([tmp_path / "no.fmu"], "is not a readable FMU"),
+        ([without], f"0.fmu has no binary for {zig.host_platform()}, which is this machine: it has none."),
+        ([elsewhere], "which is this machine: it has those for c64x."),
+        ([broken], "The FMU cannot be loaded: "),
+        ([named], "is no component of this project"),
         ([plain_gain], "PlainGain is no component of this project"),
-        ([plain_gain, "--component", "rov_plant"], "The FMU has no variable u[1]"),
-        ([fmus["adaptive_pd"], "--map", tmp_path / "no.toml"], "is not TOML"),
-        ([fmus["adaptive_pd"], "--map", tmp_path / "vain.toml"], "eta_m.w, which is neither a variable of controller"),
+        ([ours, "--map", tmp_path], "is a directory"),
+        ([ours, "--map", tmp_path / "no.toml"], "is not TOML"),
+        ([ours, "--map", tmp_path / "no.fmu"], "is not TOML"),
+        ([ours, "--map", tmp_path / "vain.toml"], "eta_m.w, which is neither a variable of controller"),
+        ([ours, "--map", tmp_path / "long.toml"], f"{LONG}, which the FMU has not"),
     ):
-        done = call("check", *arguments)
-        assert done.exit_code == 1
-        assert reason in done.output
-        assert "Traceback" not in done.output
+        assert reason in one_line(call("check", *arguments))
+    done = call("check", plain_gain, "--component", "rov_plant")
+    assert done.exit_code == 1
+    assert done.output.startswith("Error: The FMU has no variable u[1].")
+
+
+def test_a_kit_that_cannot_be_written_ends_with_a_reason(tmp_path):
+    (tmp_path / "file").write_text("")
+    for folder, reason in (
+        ("/proc/none", "/proc/none"),
+        (tmp_path / "file", "is a file"),
+        (tmp_path / "file" / "below", "Not a directory"),
+        (tmp_path / (LONG + LONG), "File name too long"),
+    ):
+        assert reason in one_line(call("scenario", "--this-platform", "--output", folder))
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,6 +1,7 @@
 """Does an FMU behave as the reference? Replays reference runs and says, signal by signal, where it first departs."""
 
 from collections.abc import Callable, Mapping
+from contextlib import chdir
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,10 @@ LEAST = 1e-3
 
 class CheckError(RuntimeError):
     """The FMU cannot be checked at all; the message tells why."""
+
+
+class RunError(CheckError):
+    """A reference run cannot be replayed; others may."""
 
 
 @dataclass(frozen=True)
@@ -47,16 +52,18 @@ def replay(element: Element, reference: Reference, places: Mapping[str, Place]) 
 
     Raises
     ------
-    CheckError : the FMU cannot be loaded, has not a parameter of the run, or fails; the message has what it logged.
+    CheckError : the FMU cannot be loaded.
+    RunError : it has not a parameter of the run, or fails; the message has what it logged.
     """
     try:
-        slave = Slave(element, lambda message: None)
+        with chdir("."):  # FMPy stays in the folder of a library that does not load
+            slave = Slave(element, lambda message: None)
     except Exception as error:  # FMPy raises plain exceptions when a library does not load
-        raise CheckError(f"The FMU cannot be loaded: {error}") from error
+        raise CheckError(f"The FMU cannot be loaded: {' '.join(str(error).split())}") from error
     try:
         return _replayed(slave, reference, places)
     except FMICallException as error:
-        raise CheckError(f"{reference.case.name}: {' '.join(slave.errors) or error}") from error
+        raise RunError(f"{reference.case.name}: {' '.join(slave.errors) or error}") from error
     finally:
         slave.fmu.freeInstance()
 
@@ -92,7 +99,7 @@ def _replayed(slave: Slave, reference: Reference, places: Mapping[str, Place]) -
 
     for name, value in reference.case.parameters.items():
         if name not in places:
-            raise CheckError(f"{reference.case.name}: the FMU has no variable {name}, which this run sets.")
+            raise RunError(f"{reference.case.name}: the FMU has no variable {name}, which this run sets.")
         set_(name, value)
     for name in inputs:
         set_(name, reference.inputs[name][0])

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import fmpy
 import numpy as np
 
 from ..components.interface import Component
@@ -76,6 +77,11 @@ def opened(fmu: Path, folder: Path, name: str | None = None, map_: Path | None =
         description = unpacked(fmu, folder, str(fmu))
     except FmuError as error:
         raise CheckError(str(error)) from None
+    library = f"{description.coSimulation.modelIdentifier}{fmpy.sharedLibraryExtension}"
+    if not (folder / "binaries" / fmpy.platform / library).is_file():
+        there = sorted(path.name for path in folder.glob("binaries/*"))
+        has = f"it has those for {', '.join(there)}" if there else "it has none"
+        raise CheckError(f"{fmu} has no binary for {fmpy.platform}, which is this machine: {has}.")
     component = _component(description.modelName, name, maps)
     section = _section(component, maps, map_) if map_ else component.name
     their, our = Element(section, folder, description), Element(section, folder, describe(component))

@@ -9,7 +9,7 @@ from ..components.cases import cases_of
 from ..ssp.swap_map import folded
 from ..ssp.wiring import parse
 from . import reference
-from .check import CheckError, Departure, departures, replay
+from .check import Departure, RunError, departures, replay
 from .imported import Imported, opened
 
 
@@ -40,7 +40,7 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
                 continue
             try:
                 first = departures(replay(imported.element, run, imported.places), run) | first
-            except CheckError as error:  # the other runs have their say all the same
+            except RunError as error:  # the other runs have their say all the same
                 others.append(f"The run {error}")
     cases, there = cases_of(component), [name for name in component.y.names if name in imported.places]
     is_compared = len(left_out) < len(cases)
