@@ -5,13 +5,19 @@ import re
 import shutil
 import subprocess
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from rov_cosim.cli.commands import handover as handover_command
+from rov_cosim.cli.main import main
+from rov_cosim.importers import page
 from rov_cosim.importers.driving import deviation
-from rov_cosim.importers.page import CONTROLLER, IMPORTERS, SYSTEM, measure
+from rov_cosim.importers.page import CONTROLLER, IMPORTERS, SYSTEM, Importer, ImporterError, measure, measured
 
 ROOT = Path(__file__).parent.parent
 SLOW = {("fmpy_command", "controller"), ("toolbox", "controller"), ("toolbox", "loop")}
@@ -59,8 +65,8 @@ def test_a_deviation_misses_nothing():
 @pytest.mark.parametrize("title", SECTIONS)
 def test_the_examples_of_a_tool_run(fmus, archives, tmp_path, title):
     skip_unless_installed(SECTIONS[title])
-    page = (ROOT / "rov_cosim" / "importers" / "importing.md.in").read_text(encoding="utf-8")
-    (section,) = re.findall(rf"^## {title} \(run here\)$(.*?)^## ", page, re.M | re.S)
+    text = (ROOT / "rov_cosim" / "importers" / "importing.md.in").read_text()
+    (section,) = re.findall(rf"^## {title} \(run here\)$(.*?)^## ", text, re.M | re.S)
     blocks = re.findall(r"^```(\w+)\n(.*?)^```$", section, re.M | re.S)
     assert blocks
     for path in (*fmus.values(), archives[SYSTEM]):
@@ -73,7 +79,66 @@ def test_the_examples_of_a_tool_run(fmus, archives, tmp_path, title):
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_the_committed_table_names_every_tool():
-    page = (ROOT / "docs" / "IMPORTERS.md").read_text(encoding="utf-8")
-    rows = [line.split(" | ")[0].removeprefix("| ") for line in page.splitlines() if line.startswith("| ")]
-    assert {tool.title for tool in IMPORTERS.values()} <= set(rows)
+def test_the_committed_page_has_a_measurement_of_every_tool():
+    rows = measured((ROOT / "docs" / "IMPORTERS.md").read_text())
+    assert set(rows) == {tool.title for tool in IMPORTERS.values()}
+    for version, date, *deviations in rows.values():
+        assert re.fullmatch(r"\d[\w.]*", version)
+        assert re.fullmatch(r"20\d\d-\d\d-\d\d", date)
+        assert all(float(deviation) <= 1e-9 for deviation in deviations)
+
+
+@pytest.fixture
+def importers(monkeypatch, archives):
+    """Return tools that cost nothing: one that is not installed, one that fails, one that departs, one that agrees."""
+
+    def measured_(name, part, path):
+        if name == "fails":
+            raise ImporterError("fails fails with the controller, status 1")
+        return {"departs": 1.0, "agrees": 2e-13}[name]
+
+    def tool(title, package):
+        return Importer(title, (package,), None, None, 1e-12, f"note on {title}")
+
+    tools = {name: tool(f"The {name}", "numpy") for name in ("fails", "departs", "agrees")}
+    tools["absent"] = tool("The absent", "no-such-distribution")
+    monkeypatch.setattr(page, "IMPORTERS", tools)
+    monkeypatch.setattr(page, "measure", measured_)
+    return tools
+
+
+OLD = ("0.9", "2020-02-29", "1.0e-14", "0")
+
+
+def test_the_page_never_loses_a_measurement(importers, tmp_path):
+    path = tmp_path / "docs" / "PAGE.md"
+    path.parent.mkdir()
+    path.write_text(page.table({tool.title: OLD for tool in importers.values()}))
+    failures = page.write_page(path, lambda steps, what: steps)
+    rows = measured(path.read_text())
+    today = f"{datetime.now(UTC):%Y-%m-%d}"
+    assert rows["The agrees"] == (np.__version__, today, "2.0e-13", "2.0e-13")
+    assert rows["The absent"] == rows["The fails"] == rows["The departs"] == OLD
+    assert failures == [
+        "fails fails with the controller, status 1",
+        "The departs departs by 1, more than 1e-12.",
+    ]
+    assert "rov-cosim handover importers\n" in path.read_text()
+    written = path.read_text()
+    page.write_page(path, lambda steps, what: steps)
+    assert path.read_text() == written
+
+
+def test_a_tool_that_was_never_measured_has_a_row_without_numbers(importers, tmp_path):
+    page.write_page(tmp_path / "docs" / "PAGE.md", lambda steps, what: steps)
+    text = (tmp_path / "docs" / "PAGE.md").read_text()
+    assert "| The absent | not installed when this was written |" in text
+    assert list(measured(text)) == ["The agrees"]
+
+
+def test_the_command_writes_the_page_and_then_tells_what_failed(importers, tmp_path, monkeypatch):
+    monkeypatch.setattr(handover_command, "session", SimpleNamespace(project_root=lambda: tmp_path))
+    done = CliRunner().invoke(main, ["handover", "importers"])
+    assert done.exit_code == 1
+    assert "Error: fails fails with the controller, status 1\nThe departs departs by 1" in done.output
+    assert list(measured((tmp_path / "docs" / "IMPORTERS.md").read_text())) == ["The agrees"]

@@ -1,6 +1,7 @@
 """Does an FMU behave as the reference? Replays reference runs and says, signal by signal, where it first departs."""
 
 from collections.abc import Callable, Mapping
+from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,22 +9,25 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 
-from ..components.interface import SAMPLE_TIME, Component
+from ..components.interface import SAMPLE_TIME
 from ..errors import UserError
 from ..exporters.model_description import literal
 from ..master.slave import Slave
-from ..ssp.fmu_file import FmuError, described
-from ..ssp.wiring import Element, parse, suggestion
+from ..ssp.places import Place
+from ..ssp.wiring import Element, parse
 from .reference import TOLERANCE, Reference
 
 Signals = dict[str, NDArray[np.float64]]
-MOST_PROBLEMS = 8
 LEAST = 1e-3
 """Value of a signal in its unit below which it is judged as if it were as large."""
 
 
 class CheckError(UserError):
     """The FMU cannot be checked at all; the message tells why."""
+
+
+class RunError(CheckError):
+    """A reference run cannot be replayed; others may."""
 
 
 @dataclass(frozen=True)
@@ -41,67 +45,28 @@ class Departure:
         return f"{told}; {self.explanation}" if self.explanation else told
 
 
-def opened(fmu: Path) -> Element:
-    """Return an FMU as an element.
+def replay(element: Element, folder: Path, reference: Reference, places: Mapping[str, Place]) -> Signals:
+    """Return the outputs of an FMU over a reference run, by our names and in our units.
+
+    Parameters
+    ----------
+    folder : where the FMU lies unpacked.
+    places : the FMU's variables by ours; outputs without one are left out, and inputs are not set.
 
     Raises
     ------
-    CheckError : it is not an FMU that can be run here.
+    CheckError : the FMU cannot be loaded.
+    RunError : it has not a parameter of the run, or fails; the message has what it logged.
     """
     try:
-        description = described(fmu)
-    except FmuError as error:
-        raise CheckError(str(error)) from None
-    return Element(description.modelName, fmu.absolute(), description)
-
-
-def theirs(element: Element, component: Component, names: Mapping[str, str]) -> dict[str, str]:
-    """Return the names of an FMU's variables by those of the component; `names` has ours by theirs where they differ.
-
-    Raises
-    ------
-    CheckError : with a line for each variable that the FMU has not, or that the mapping names in vain.
-    """
-    known = [*component.u.names, *component.y.names, *component.p.names]
-    twice = {ours for ours in names.values() if list(names.values()).count(ours) > 1}
-    problems = [
-        f"The map names {ours}, which is no variable of {component.name}."
-        for ours in names.values()
-        if ours not in known
-    ]
-    problems += [f"The map has {ours} more than once." for ours in sorted(twice)]
-    problems += [
-        f"The map names {their}, which the FMU has not." + suggestion(their, element.variables)
-        for their in names
-        if their not in element.variables
-    ]
-    by_ours = {ours: ours for ours in known} | {ours: their for their, ours in names.items()}
-    problems += [
-        f"The FMU has no variable {by_ours[ours]}." + suggestion(by_ours[ours], element.variables)
-        for ours in [*component.u.names, *component.y.names]
-        if by_ours[ours] not in element.variables
-    ]
-    if problems:
-        more = [f"... and {len(problems) - MOST_PROBLEMS} more."] if len(problems) > MOST_PROBLEMS else []
-        raise CheckError("\n".join([*problems[:MOST_PROBLEMS], *more]))
-    return by_ours
-
-
-def replay(element: Element, folder: Path, reference: Reference, names: Mapping[str, str]) -> Signals:
-    """Return the outputs of an FMU, unpacked in a folder, over a reference run; `names` has theirs by ours.
-
-    Raises
-    ------
-    CheckError : the FMU cannot be loaded, has not a parameter of the run, or fails; the message has what it logged.
-    """
-    try:
-        slave = Slave(element, folder, lambda message: None)
+        with chdir("."):  # FMPy stays in the folder of a library that does not load
+            slave = Slave(element, folder, lambda message: None)
     except Exception as error:  # FMPy raises plain exceptions when a library does not load
-        raise CheckError(f"The FMU cannot be loaded: {error}") from error
+        raise CheckError(f"The FMU cannot be loaded: {' '.join(str(error).split())}") from error
     try:
-        return _replayed(slave, reference, names)
+        return _replayed(slave, reference, places)
     except FMICallException as error:
-        raise CheckError(f"{reference.case.name}: {' '.join(slave.errors) or error}") from error
+        raise RunError(f"{reference.case.name}: {' '.join(slave.errors) or error}") from error
     finally:
         slave.fmu.freeInstance()
 
@@ -121,35 +86,36 @@ def departures(outputs: Signals, reference: Reference) -> dict[str, Departure]:
     return found
 
 
-def _replayed(slave: Slave, reference: Reference, names: Mapping[str, str]) -> Signals:
+def _replayed(slave: Slave, reference: Reference, places: Mapping[str, Place]) -> Signals:
     variables = slave.element.variables
-    component = reference.component
+    inputs = [name for name in reference.component.u.names if name in places]
+    signals = [name for name in reference.component.y.names if name in places]
 
     def set_(name: str, value: float) -> None:
-        if names[name] not in variables:
-            raise CheckError(f"{reference.case.name}: the FMU has no variable {names[name]}, which this run sets.")
-        variable = variables[names[name]]
-        typed = parse(literal(value, variable.type), variable.type)
+        variable, factor = variables[places[name].variable], places[name].factor
+        typed = parse(literal(factor * value, variable.type), variable.type)
         getattr(slave.fmu, f"set{variable.type}")([variable.valueReference], [typed])
 
     def outputs() -> list[float]:
-        found = [variables[names[name]] for name in component.y.names]
-        return [float(getattr(slave.fmu, f"get{v.type}")([v.valueReference])[0]) for v in found]
+        found = [(variables[places[name].variable], places[name].factor) for name in signals]
+        return [float(getattr(slave.fmu, f"get{v.type}")([v.valueReference])[0]) / factor for v, factor in found]
 
     for name, value in reference.case.parameters.items():
+        if name not in places:
+            raise RunError(f"{reference.case.name}: the FMU has no variable {name}, which this run sets.")
         set_(name, value)
-    for name in component.u.names:
+    for name in inputs:
         set_(name, reference.inputs[name][0])
     slave.fmu.setupExperiment(startTime=0.0)
     slave.fmu.enterInitializationMode()
     slave.fmu.exitInitializationMode()
     rows = [outputs()]
     for n in range(reference.case.steps):
-        for name in component.u.names:
+        for name in inputs:
             set_(name, reference.inputs[name][n])
         slave.step(n * SAMPLE_TIME, SAMPLE_TIME)
         rows.append(outputs())
-    return dict(zip(component.y.names, np.array(rows).T, strict=True))
+    return dict(zip(signals, np.array(rows).T, strict=True))
 
 
 _EXPLANATIONS: dict[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {

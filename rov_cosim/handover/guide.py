@@ -8,6 +8,7 @@ from ..exporters import native_export
 from ..exporters.documentation import names, readme
 from ..exporters.model_description import literal
 from ..ssp.z_down import sign
+from ..systems.loop import element_of
 
 _SAMPLED = "samples are taken at multiples of `sample_time`"
 _CONTINUOUS = "the vehicle is integrated in internal steps of at most `max_step`"
@@ -20,7 +21,10 @@ def guide(component: Component, cases: tuple[Case, ...]) -> str:
     required = [signal for signal in component.inputs if signal.type == "Boolean" and signal.key.endswith("valid")]
     essential = "".join(f"`{signal.key}` must be true for a measurement to be used. " for signal in required)
     page = readme(component).split("\n", 1)[1].strip()
-    template = (files(__package__) / "guide.md.in").read_text(encoding="utf-8")
+    template = (files(__package__) / "guide.md.in").read_text()
+    ports = [signal for signal in component.inputs + component.outputs if signal.axes]
+    angle = next(name for signal in reversed(ports) for name in signal.names if name.endswith(".psi"))
+    scalar, group = [signal for signal in ports if angle not in signal.names][:2]
     return template.format(
         title=component.title,
         name=component.name,
@@ -37,6 +41,10 @@ def guide(component: Component, cases: tuple[Case, ...]) -> str:
         timing=_SAMPLED if isinstance(component, Sampled) else _CONTINUOUS,
         tunable=", ".join(tunable) or "none",
         page=page,
+        element=element_of(component.name),
+        scalar=scalar.names[0],
+        angle=angle,
+        group=group.key,
     )
 
 

@@ -1,7 +1,7 @@
 """The kit of a component: a folder, and a zip of it, with all that another team needs."""
 
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from importlib.metadata import distribution, version
 from importlib.resources import files
@@ -19,16 +19,23 @@ from . import reference
 from .diagram import wiring_diagram
 from .guide import guide
 
+Progress = Callable[[Iterable[str], str], Iterable[str]]
+"""What hands the names of steps on, each when the one before is done, and shows them; the second is what they are."""
 
-def write(component: Component, folder: Path, platforms: Iterable[str] = zig.TARGETS) -> tuple[Path, Path]:
+
+def write(
+    component: Component, folder: Path, platforms: Iterable[str] = zig.TARGETS, progress: Progress | None = None
+) -> tuple[Path, Path]:
     """Write the kit of a component below a folder; return the kit's folder and its zip.
 
     Raises
     ------
     BuildError : the FMU cannot be built.
+    OSError : the folder cannot be written.
     """
     kit = folder / f"{component.name}-{version('rov-cosim')}"
-    content = entries(component, platforms)
+    kit.mkdir(parents=True, exist_ok=True)  # before the work, which takes long
+    content = entries(component, platforms, progress or _silent)
     for name, data in content.items():
         path = kit / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -38,14 +45,16 @@ def write(component: Component, folder: Path, platforms: Iterable[str] = zig.TAR
     return kit, zipped
 
 
-def entries(component: Component, platforms: Iterable[str]) -> dict[str, bytes]:
+def entries(component: Component, platforms: Iterable[str], progress: Progress) -> dict[str, bytes]:
     """Return the content of the kit, name to bytes."""
     cases = cases_of(component)
     with tempfile.TemporaryDirectory() as temporary:
         fmu = Path(temporary) / f"{component.name}.fmu"
-        native_export.export(component, fmu, platforms)
+        for platform in progress(platforms, "binary"):
+            native_export.export(component, fmu, [platform])  # those of before stay in
         content = {fmu.name: fmu.read_bytes(), **_parameter_sets(component, fmu)}
-        for case in cases:
+        by_name = {case.name: case for case in cases}
+        for case in map(by_name.__getitem__, progress(by_name, "reference run")):
             folder = Path(temporary) / case.name
             reference.write(reference.run(component, case), folder)
             content |= {f"reference/{case.name}/{file.name}": file.read_bytes() for file in folder.iterdir()}
@@ -62,6 +71,10 @@ def entries(component: Component, platforms: Iterable[str]) -> dict[str, bytes]:
         content[f"headers/{name}"] = header
     (licence,) = (file for file in distribution("rov-cosim").files or () if file.name == "LICENSE")
     return {**content, "LICENSE": licence.read_text(encoding="utf-8").encode()}
+
+
+def _silent(steps: Iterable[str], what: str) -> Iterable[str]:
+    return steps
 
 
 def _parameter_sets(component: Component, fmu: Path) -> dict[str, bytes]:

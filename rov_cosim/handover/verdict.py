@@ -1,18 +1,16 @@
 """The verdict on an FMU file: all reference runs of a component, signal by signal."""
 
 import tempfile
-import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator
+from math import isclose
 from pathlib import Path
 
 from ..components.cases import cases_of
-from ..components.interface import Component
-from ..exporters.build import components
-from ..exporters.model_description import describe
-from ..master.unpacked import unpack
-from ..ssp.wiring import Element, parse, suggestion
+from ..ssp.swap_map import folded
+from ..ssp.wiring import parse
 from . import reference
-from .check import CheckError, Departure, departures, opened, replay, theirs
+from .check import Departure, RunError, departures, replay
+from .imported import Imported, opened
 
 
 def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple[list[str], bool]:
@@ -21,65 +19,56 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
     Parameters
     ----------
     fmu : the FMU file.
-    name : the component that it should be; that of the FMU's model name if left out.
-    map_ : a TOML file with lines ``"their.name" = "our.name"``.
+    name : the component that it should be; see `imported.opened` if left out.
+    map_ : a TOML file that tells the FMU's names, as for a swap.
 
     Raises
     ------
-    CheckError : the FMU, or the map, cannot be used at all.
+    CheckError, WiringError : the FMU, or the map, cannot be used at all.
     """
-    names = _names(map_) if map_ else {}
     with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
-        element = opened(fmu)
-        unpack(element, Path(folder) / "fmu")
-        component = _component(element, name)
-        by_ours = theirs(element, component, names)
+        imported = opened(fmu, Path(folder) / "fmu", name, map_)
+        component = imported.component
         first: dict[str, Departure] = {}
-        others = _declared_otherwise(element, component, by_ours)
+        others = [*_declared_otherwise(imported)]
+        left_out = []
         for case in cases_of(component):
             run = reference.run(component, case)
+            if imported.is_mapped and (lacking := imported.lacking(run)):
+                what = folded(lacking, imported.our.variables)
+                left_out.append(f"left out: {case.name}, for which the FMU has no place for {what}.")
+                continue
             try:
-                first = departures(replay(element, Path(folder) / "fmu", run, by_ours), run) | first
-            except CheckError as error:  # the other runs have their say all the same
+                first = departures(replay(imported.element, imported.folder, run, imported.places), run) | first
+            except RunError as error:  # the other runs have their say all the same
                 others.append(f"The run {error}")
+    cases, there = cases_of(component), [name for name in component.y.names if name in imported.places]
+    is_compared = len(left_out) < len(cases)
     width = max(map(len, component.y.names))
-    lines = [f"{signal:{width}}  {first.get(signal, 'conforms')}" for signal in component.y.names]
-    runs = f"{len(cases_of(component))} reference runs of {component.name}"
-    if not first and not others:
-        return [*lines, f"All {len(lines)} signals conform in {runs}."], True
-    return [*lines, *others, f"{len(first)} of {len(lines)} signals depart in {runs}."], False
+    told = {name: str(first.get(name, "conforms" if is_compared else "not compared")) for name in there}
+    lines = [f"{name:{width}}  {told.get(name, 'not there, by the map')}" for name in component.y.names]
+    lines += [*imported.notes, *left_out, *others]
+    runs = f"{f'{len(cases) - len(left_out)} of ' if left_out else ''}{len(cases)} reference runs of {component.name}"
+    if not there or not is_compared:
+        return [*lines, f"Nothing could be compared in the reference runs of {component.name}."], False
+    if first or others:
+        return [*lines, f"{len(first)} of {len(there)} signals depart in {runs}."], False
+    those = "signals" if len(there) == component.y.size else "signals that are there"
+    return [*lines, f"All {len(there)} {those} conform in {runs}."], True
 
 
-def _declared_otherwise(element: Element, component: Component, by_ours: Mapping[str, str]) -> list[str]:
-    """Return a sentence for each unit or start value that the FMU declares and that is not the component's."""
-    found = []
-    for ours in describe(component).modelVariables:
-        their = element.variables.get(by_ours[ours.name])
-        if their is None:
-            found.append(f"The FMU has no variable {by_ours[ours.name]}.")
-        elif their.unit and ours.unit and their.unit != ours.unit:
-            found.append(f"{their.name} is declared in {their.unit}; expected {ours.unit}.")
-        elif their.start and ours.start and parse(str(their.start), ours.type) != parse(str(ours.start), ours.type):
-            found.append(f"{their.name} starts at {their.start}; expected {ours.start}.")
-    return found
-
-
-def _names(path: Path) -> Mapping[str, str]:
-    try:
-        names = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CheckError(f"{path} is not TOML: {error}.") from None
-    if wrong := [their for their, ours in names.items() if not isinstance(ours, str)]:
-        raise CheckError(
-            f'{path}: expected lines "their.name" = "our.name", with quotes on both sides; got {wrong[0]}.'
-        )
-    return names
-
-
-def _component(element: Element, name: str | None) -> Component:
-    known = components()
-    model = name or element.description.modelName
-    if model not in known:
-        hint = suggestion(model, known) or f" Known: {', '.join(known)}."
-        raise CheckError(f"{model} is no component of this project.{hint} Name one by --component.")
-    return known[model]
+def _declared_otherwise(imported: Imported) -> Iterator[str]:
+    """Yield a sentence for each unit or start value that the FMU declares and that is not the component's."""
+    for ours in imported.our.variables.values():
+        place = imported.places.get(ours.name)
+        if place is None:
+            if not imported.is_mapped:
+                yield f"The FMU has no variable {ours.name}."
+            continue
+        their = imported.element.variables[place.variable]
+        if not imported.is_mapped and their.unit and ours.unit and their.unit != ours.unit:
+            yield f"{their.name} is declared in {their.unit}; expected {ours.unit}."
+        elif their.start and ours.start:
+            expected = place.factor * parse(str(ours.start), ours.type)
+            if not isclose(parse(str(their.start), their.type), expected, rel_tol=1e-9, abs_tol=1e-12):
+                yield f"{their.name} starts at {their.start}; expected {expected if place.factor != 1 else ours.start}."

@@ -1,12 +1,10 @@
 """What the drivers of other tools share: the loop that they run, and how far their results are from ours."""
 
-import re
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from zipfile import ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +23,9 @@ class Loop:
     wiring: Wiring
     results: NDArray[Any]
 
-    def fmus(self, folder: Path) -> dict[str, Path]:
-        """Return the FMU of each element, unpacked from the archive into a folder."""
-        with ZipFile(self.archive) as archive:
-            names = [name for name in archive.namelist() if re.fullmatch(r"resources/\w+\.fmu", name)]
-            return {Path(name).stem: Path(archive.extract(name, folder)) for name in names}
+    def fmus(self) -> dict[str, Path]:
+        """Return the FMU of each element."""
+        return {element.name: element.fmu for element in self.wiring.elements}
 
     def start_values(self, connected: bool = False) -> dict[str, dict[str, Value]]:
         """Return the start values by element and variable, and, if wanted, what the links hand on at the start."""

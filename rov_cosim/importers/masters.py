@@ -179,5 +179,5 @@ def sofirpy_loop(loop: Loop, folder: Path) -> float:
     """`sofirpy.simulate` of the FMUs; it hands nothing on before the first step, so inputs start as ours."""
     start = loop.start_values(connected=True)
     pairs = [(link.source, link.target) for link in loop.wiring.links]
-    found = _sofirpy(len(loop.results) - 1, loop.fmus(folder), loop.outputs(), pairs, start_values=start)
+    found = _sofirpy(len(loop.results) - 1, loop.fmus(), loop.outputs(), pairs, start_values=start)
     return deviation({name: found[name] for name in signals(loop.results)}, loop.results)

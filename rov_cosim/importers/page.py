@@ -6,10 +6,11 @@ measures one of them, for `measure`.
 """
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -170,47 +171,68 @@ def _loop(importer: Importer, archive: Path, stop_time: float | None) -> float:
         return importer.loop(Loop(archive, wiring, simulate(wiring, stop_time=stop_time)), Path(folder))
 
 
-def table() -> str:
-    """Return the table of all tools in Markdown, each measured anew.
+Rows = dict[str, tuple[str, ...]]
+"""What was measured of tools by their titles: version, date, deviation of the controller and of the system."""
+
+_COLUMNS = (
+    *("tool", "version", "measured", "controller: largest deviation", "system: largest deviation"),
+    *("stated tolerance", "note"),
+)
+_NOTHING = ("not installed when this was written", "", "", "")
+
+
+def write_page(page: Path, progress: Callable[[Iterable[str], str], Iterable[str]]) -> list[str]:
+    """Write IMPORTERS.md with the tools that are installed measured anew, and return what keeps others from it.
+
+    A tool that is not installed, fails, or departs by more than its tolerance keeps the row that the page has.
+
+    Parameters
+    ----------
+    page : the page, which may be there.
+    progress : hands the names of the tools on and shows them.
 
     Raises
     ------
     BuildError : the FMUs cannot be built.
-    ImporterError : a tool that is installed fails, or departs by more than its tolerance.
     """
+    rows = measured(page.read_text(encoding="utf-8")) if page.is_file() else {}
     archives.build(SYSTEMS[SYSTEM])
-    fmu, archive = fmu_path(project_root(), CONTROLLER), archives.ssp_path(SYSTEM)
-    lines = [
-        f"Run on {datetime.now(UTC):%Y-%m-%d} with rov-cosim {version('rov-cosim')}.",
-        "",
-        "| tool | version | controller: largest deviation | system: largest deviation | stated tolerance | note |",
-        "|---|---|---|---|---|---|",
-    ]
-    for name, importer in IMPORTERS.items():
-        told = importer.version()
-        if told is None:
-            cells = ["not installed", "", "", "", "`pip install 'rov-cosim[importers]'`"]
-        else:
-            found = [measure(name, "controller", fmu), measure(name, "loop", archive)]
-            if not max(found) <= importer.tolerance:
-                raise ImporterError(f"{importer.title} departs by {max(found):g}, more than {importer.tolerance:g}.")
-            cells = [
-                told,
-                *(f"{value:.1e}" if value else "0" for value in found),
-                f"{importer.tolerance:g}",
-                importer.note,
-            ]
-        lines.append("| " + " | ".join([importer.title, *cells]) + " |")
-    return "\n".join(lines)
-
-
-def write_page() -> Path:
-    """Write IMPORTERS.md, with all tools measured anew, and return its path; errors as in `table`."""
-    page = project_root() / "docs" / "IMPORTERS.md"
-    text = (files(__package__) / "importing.md.in").read_text()
+    failures = []
+    installed = [name for name, importer in IMPORTERS.items() if importer.version()]
+    for name in progress(installed, "tool"):
+        try:
+            rows[IMPORTERS[name].title] = _measured_anew(name)
+        except ImporterError as error:
+            failures.append(str(error))
     page.parent.mkdir(exist_ok=True)
-    page.write_text(text.replace("{table}", table()), encoding="utf-8")
-    return page
+    text = (files(__package__) / "importing.md.in").read_text(encoding="utf-8")
+    page.write_text(text.replace("{table}", table(rows)), encoding="utf-8")
+    return failures
+
+
+def table(rows: Rows) -> str:
+    """Return the table of all tools in Markdown."""
+    lines = [_COLUMNS, ("---",) * len(_COLUMNS)]
+    for tool in IMPORTERS.values():
+        lines.append((tool.title, *rows.get(tool.title, _NOTHING), f"{tool.tolerance:g}", tool.note))
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def measured(page: str) -> Rows:
+    """Return what the table of a page holds."""
+    lines = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| ")]
+    dated = (cells for cells in lines if len(cells) == len(_COLUMNS) and re.fullmatch(r"\d{4}-\d\d-\d\d", cells[2]))
+    return {cells[0]: tuple(cells[1:5]) for cells in dated}
+
+
+def _measured_anew(name: str) -> tuple[str, ...]:
+    importer = IMPORTERS[name]
+    fmu, archive = fmu_path(project_root(), CONTROLLER), archives.ssp_path(SYSTEM)
+    found = [measure(name, "controller", fmu), measure(name, "loop", archive)]
+    if not max(found) <= importer.tolerance:
+        raise ImporterError(f"{importer.title} departs by {max(found):g}, more than {importer.tolerance:g}.")
+    deviations = (f"{value:.1e}" if value else "0" for value in found)
+    return (str(importer.version()), f"{datetime.now(UTC):%Y-%m-%d}", *deviations)
 
 
 def _main(name: str, part: str, path: str, stop_time: str, out: str) -> None:

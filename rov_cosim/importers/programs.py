@@ -92,7 +92,7 @@ def toolbox_controller(fmu: Path, reference: Reference, folder: Path) -> float:
 
 def toolbox_loop(loop: Loop, folder: Path) -> float:
     """`fmutool -check`, and a container of all FMUs, run by FMPy."""
-    fmus, elements = loop.fmus(folder), [element.name for element in loop.wiring.elements]
+    fmus, elements = loop.fmus(), [element.name for element in loop.wiring.elements]
     order = [elements[-1], *elements[:-1]]  # it cuts the loop before its first FMU: the vehicle knows its pose alone
     name, values = {element: fmu.name for element, fmu in fmus.items()}, loop.start_values()
     links = loop.wiring.links
@@ -111,7 +111,7 @@ def _hosted(unpacked: Path, reference: Reference, folder: Path) -> float:
     """Return what host.c, compiled by zig, says of a reference run."""
     host = folder / "host"
     if not host.is_file():
-        sources = {"host.c": (files(__package__) / "host.c").read_bytes(), **standard_headers()}
+        sources = {"host.c": (files("rov_cosim.handover") / "host.c").read_bytes(), **standard_headers()}
         host.write_bytes(zig.compiled(sources, zig.host_target(), "host", ["-ldl"]))
         host.chmod(0o755)
     description, platform = read_model_description(str(unpacked)), zig.host_platform()
@@ -143,7 +143,8 @@ def host_loop(loop: Loop, folder: Path) -> float:
         values = {name: float(value) for name, value in element.start_values.items()}
         case = Case(element.name, "", len(loop.results) - 1, lambda t: {}, values)
         run = Reference(component, case, _table(loop, inputs), _table(loop, outputs))
-        worst = max(worst, _hosted(element.fmu, run, folder))
+        unpacked = Path(extract(str(element.fmu), str(folder / element.name)))
+        worst = max(worst, _hosted(unpacked, run, folder))
     return worst
 
 

@@ -75,6 +75,9 @@ def read(path: Path) -> dict[str, SwapMap]:
         raise WiringError(str(path), [f"This is not TOML: {error}."]) from None
     except RecursionError:
         raise WiringError(str(path), ["Its tables or lists are nested too deeply for a map."]) from None
+    if flat := [name for name, table in tables.items() if isinstance(table, str)]:
+        line, where = f'"{flat[0]}" = "{tables[flat[0]]}"', "[ELEMENT.variables], for example [controller.variables],"
+        raise WiringError(str(path), [f"{flat[0]} stands in no section: expected {where} before {line}."])
     if problems := [problem for element, table in tables.items() for problem in _problems(element, table)]:
         raise WiringError(str(path), problems)
     return {element: _map(table) for element, table in tables.items()}

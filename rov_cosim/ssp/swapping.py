@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 from .fmu_file import FmuError, described
-from .swap_map import Entry, SwapMap, folded, stem
-from .wiring import Element, End, Link, Value, Wiring, WiringError, suggestion
+from .places import Places
+from .swap_map import SwapMap, folded, stem
+from .wiring import Element, End, Link, Value, Wiring, WiringError, called_by_fmu, suggestion
 
 Warn = Callable[[str], None]
 
@@ -37,7 +37,9 @@ def with_swaps(
         except WiringError as error:
             problems += error.problems
     problems += [
-        wiring.no_element(name) or f"The map is for {name}, which is not swapped." for name in maps if name not in fmus
+        called_by_fmu(name, wiring.elements) or f"The map is for {name}, which is not swapped."
+        for name in maps
+        if name not in fmus
     ]
     if problems:
         raise WiringError(wiring.name, problems)
@@ -57,7 +59,9 @@ def swapped(wiring: Wiring, their: Element, map_: SwapMap | None = None, warn: W
     """
     names = [element.name for element in wiring.elements]
     if their.name not in names:
-        problem = wiring.no_element(their.name) or f"There is no element {their.name}." + suggestion(their.name, names)
+        problem = called_by_fmu(their.name, wiring.elements) or f"There is no element {their.name}." + suggestion(
+            their.name, names
+        )
         raise WiringError(wiring.name, [problem])
     swap = _Swap(wiring, their, map_)
     result = swap.result()
@@ -68,117 +72,39 @@ def swapped(wiring: Wiring, their: Element, map_: SwapMap | None = None, warn: W
     return result
 
 
-class _Place(NamedTuple):
-    """The variable of theirs that stands for one of ours: theirs = factor * ours."""
-
-    variable: str
-    factor: float
-
-
 class _Swap:
     """One element replaced; collects problems, and notes for the user."""
 
     def __init__(self, wiring: Wiring, their: Element, map_: SwapMap | None) -> None:
-        self.wiring, self.their, self.map, self.is_mapped = wiring, their, map_ or SwapMap(), map_ is not None
+        self.wiring, self.their, self.is_mapped = wiring, their, map_ is not None
         self.elements = {element.name: element for element in wiring.elements}
         self.our = self.elements[their.name]
-        self.problems: list[str] = []
+        self.places = Places(self.our, their, map_ or SwapMap(), self.elements)
+        self.problems = self.places.problems
         self.notes: list[str] = []
-        self.undeclared: dict[str, list[str]] = {}
-        self.places: dict[str, _Place] = {}
-        self.fed: list[Link] = []
 
     def result(self) -> Wiring:
         """Return the system with the element replaced, as far as that can be."""
-        mapped: set[str] = set()
-        for name, entry in self.map.variables.items():
-            self._map(name, entry, mapped)
-        # A variable's own constant goes before that of its group.
-        groups = sorted(self.map.constants, key=len)
-        constants = {v: self.map.constants[group] for group in groups for v in self._ours(group, "output")}
-        without = {v for group in self.map.without for v in self._ours(group, "input")}
-        left_out = constants.keys() | without
-        for ours in sorted(self.places.keys() & left_out):
-            self._problem(f"The map has {ours} both as {self.places[ours].variable} and as left out.")
         ends = [end.variable for link in self.wiring.links for end in link[:2] if end.element == self.our.name]
         # A map is for a stranger, whose mass goes with its own inertia: an equal name alone carries no parameter to it.
         kinds = ("input",) if self.is_mapped else ("input", "parameter")
         ends += [v for v in self.our.start_values if self.our.variables[v].causality in kinds]
-        for ours in dict.fromkeys(ends):
-            if ours in self.their.variables and ours not in mapped | left_out | self.places.keys():
-                self.places[ours] = _Place(ours, self._factor(self.our, ours, ours, Entry(ours)))
+        self.places.pair(ends)
+        constants = self.places.constants
         held = {
             link.target: self._constant(constants[link.source.variable], link)
             for link in self.wiring.links
             if link.source.element == self.our.name and link.source.variable in constants
         }
-        dropped = {End(self.our.name, variable) for variable in without}
+        dropped = {End(self.our.name, variable) for variable in self.places.without}
         links = [link for link in self.wiring.links if link.target not in held.keys() | dropped]
         elements = tuple(
             self._started() if element is self.our else _with_values(element, held)
             for element in self.elements.values()
         )
-        result = replace(self.wiring, elements=elements, links=(*self._led(links), *self.fed))
-        self._note(result, mapped)
+        result = replace(self.wiring, elements=elements, links=(*self._led(links), *self.places.fed))
+        self._note(result)
         return result
-
-    def _map(self, name: str, entry: Entry, mapped: set[str]) -> None:
-        """Note the places of the variables that an entry of the map is for."""
-        theirs = self.their.group(name)
-        if not theirs:
-            hint = suggestion(name, self.their.variables)
-            self._problem(f"The map names {name}, which the FMU has not.{hint}")
-        other, _, variable = entry.ours.partition(".")
-        is_ours = bool(self.our.group(entry.ours)) or other not in self.elements
-        owner, wanted = (self.our, entry.ours) if is_ours else (self.elements[other], variable)
-        ours = owner.group(wanted)
-        if not ours:
-            known = [*self.our.variables, *(f"{e.name}.{v}" for e in self.elements.values() for v in e.variables)]
-            what = f"which is neither a variable of {self.our.name} nor an output of another element"
-            if variable and is_ours and not self.our.group(other):
-                what = f"but there is no element {other} in the system, which has {', '.join(self.elements)}"
-            by_fmu = self.wiring.no_element(other, f".{variable}") if variable and is_ours else ""
-            told = f". {by_fmu}" if by_fmu else f", {what}.{suggestion(entry.ours, known)}"
-            self._problem(f"The map names {entry.ours}{told}")
-        for suffix, their in theirs.items() if ours else ():
-            if their in mapped:
-                self._problem(f"The map has {their} twice.")
-            elif suffix not in ours:
-                self._problem(f"The map has {name} for {entry.ours}, which has nothing for {their}.")
-            else:
-                self._place(owner, ours[suffix], their, entry)
-            mapped.add(their)
-
-    def _place(self, owner: Element, ours: str, their: str, entry: Entry) -> None:
-        factor = self._factor(owner, ours, their, entry)
-        kinds = [variable.causality for variable in (owner.variables[ours], self.their.variables[their])]
-        if owner is not self.our:
-            self.fed.append(Link(End(owner.name, ours), End(self.our.name, their), factor))
-        elif kinds.count("output") == 1:
-            self._problem(f"The map has {their}, of causality {kinds[1]}, for {ours}, of causality {kinds[0]}.")
-        elif ours in self.places:
-            self._problem(f"The map has {ours} twice: as {self.places[ours].variable} and as {their}.")
-        else:
-            self.places[ours] = _Place(their, factor)
-
-    def _factor(self, owner: Element, ours: str, their: str, entry: Entry) -> float:
-        """Return by what one of ours is multiplied to be one of theirs; note an angle whose unit nobody tells."""
-        factor, problem = entry.conversion(owner, ours, self.their, their)
-        if problem:
-            self._problem(problem)
-        unit, stated = owner.variables[ours].unit or "", self.their.variables[their].unit or entry.unit
-        if unit.startswith("rad") and not stated and abs(entry.factor) == 1:
-            self.undeclared.setdefault(unit, []).append(their)
-        return factor
-
-    def _ours(self, group: str, causality: str) -> Iterable[str]:
-        """Return the variables of ours that the map leaves out by a name."""
-        found = [v for v in self.our.group(group).values() if self.our.variables[v].causality == causality]
-        if not found:
-            known = [v.name for v in self.our.variables.values() if v.causality == causality]
-            part = "constants" if causality == "output" else "without"
-            self._problem(f"The map has {group} in {part}, which is no {causality} of ours.{suggestion(group, known)}")
-        return found
 
     def _constant(self, value: Value, link: Link) -> Value:
         """Return what the receiver of an output of ours gets instead of it."""
@@ -195,7 +121,7 @@ class _Swap:
         constant, without = f"give a constant ([{name}.constants])", f"name it in [{name}] without"
         open_: dict[tuple[str, ...], dict[str, None]] = {}
         for source, target, factor in links:
-            from_, to = self.places.get(source.variable), self.places.get(target.variable)
+            from_, to = self.places.of.get(source.variable), self.places.of.get(target.variable)
             if source.element == name and from_ is None:
                 key = (constant, "nothing for", stem(source.variable), f"which {target.element} receives")
                 open_.setdefault(key, {})[source.variable] = None
@@ -216,7 +142,7 @@ class _Swap:
         """Return their element with the start values of ours that it has a place for."""
         values, dropped = {}, []
         for ours, value in self.our.start_values.items():
-            place, type_ = self.places.get(ours), self.our.variables[ours].type
+            place, type_ = self.places.of.get(ours), self.our.variables[ours].type
             their = self.their.variables[place.variable] if place else None
             if place is None or their is None or their.causality not in ("input", "parameter"):
                 dropped.append(ours)
@@ -230,11 +156,11 @@ class _Swap:
             self.notes.append(f"The {who} has no place for {what}: the FMU's own values hold.")
         return replace(self.their, start_values={**values, **self.their.start_values})
 
-    def _note(self, result: Wiring, mapped: set[str]) -> None:
-        for unit, names in self.undeclared.items():
+    def _note(self, result: Wiring) -> None:
+        for unit, names in self.places.undeclared.items():
             self.notes.append(f"The FMU declares no unit for {', '.join(names)}: taken as {unit}.")
         fed = {link.target.variable for link in result.links if link.target.element == self.our.name}
-        known = {*fed, *mapped, *self.our.variables, *self.their.start_values}
+        known = {*fed, *self.places.mapped, *self.our.variables, *self.their.start_values}
         unfed = [v.name for v in self.their.variables.values() if v.causality == "input" and v.name not in known]
         if unfed:
             self.notes.append(f"Nothing feeds {', '.join(unfed)} of the FMU: the start value holds.")

@@ -118,7 +118,7 @@ class Wiring:
             name, _, variable = end.partition(".")
             element = elements.get(name)
             if element is None or variable not in element.variables:
-                by_fmu = self.no_element(name, f".{variable}") if element is None else ""
+                by_fmu = called_by_fmu(name, self.elements, f".{variable}") if element is None else ""
                 problems.append(by_fmu or f"There is no variable {end}." + suggestion(end, known))
                 continue
             declared = element.variables[variable]
@@ -137,17 +137,6 @@ class Wiring:
         if problems:
             raise WiringError(self.name, problems)
         return replace(self, elements=tuple(elements.values()))
-
-    def no_element(self, name: str, after: str = "") -> str:
-        """Return a sentence on an element that there is not, called by the name of its FMU; nothing if it is another.
-
-        `after` is what follows the name in what the user meant.
-        """
-        found = [element.name for element in self.elements if element.description.modelName == name]
-        if name in [element.name for element in self.elements]:
-            return ""
-        wanted = " or ".join(f"{element}{after}" for element in found)
-        return f"There is no element {name}: {name} is the FMU of {found[0]}; write {wanted}." if found else ""
 
     def problems(self) -> list[str]:
         """Return a sentence for everything that keeps the system from running."""
@@ -234,6 +223,19 @@ def suggestion(name: str, known: Iterable[str], prefix: str = "") -> str:
     """Return a hint at the names most like an unknown one, each shown with a prefix, or nothing."""
     close = get_close_matches(name, list(known), n=3)
     return f" Did you mean {' or '.join(prefix + match for match in close)}?" if close else ""
+
+
+def called_by_fmu(name: str, elements: Iterable[Element], after: str = "") -> str:
+    """Return a sentence on an element that there is not, called by the name of an FMU; nothing if it is none.
+
+    `after` is what follows the name in what the user meant.
+    """
+    elements = list(elements)
+    found = [element.name for element in elements if element.description.modelName == name]
+    if not found or name in [element.name for element in elements]:
+        return ""
+    wanted = " or ".join(f"{element}{after}" for element in found)
+    return f"There is no element {name}: {name} is the FMU of {found[0]}; write {wanted}."
 
 
 def converted(link: Link, elements: Mapping[str, Element]) -> Link:

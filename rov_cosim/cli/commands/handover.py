@@ -1,13 +1,14 @@
 """`rov-cosim handover`: kits, and the check of an import."""
 
 import sys
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import click
+from tqdm import tqdm
 
 from ...exporters.build import components, project_root
-from ...exporters.zig import TARGETS, host_platform
-from ...study import archives
+from ...exporters.zig import TARGETS, BuildError, host_platform
 
 
 @click.group()
@@ -19,14 +20,23 @@ def _kit(name: str) -> click.Command:
     @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for the kit.")
     @click.option("--this-platform", is_flag=True, help="A binary for this machine alone, which is sooner built.")
     def write(output: Path | None, this_platform: bool) -> None:
-        archives.build()
-        from ...handover import kit
-
+        try:
+            from ...handover import kit
+        except ModuleNotFoundError as error:
+            raise BuildError(f"A kit needs {error.name}: pip install 'rov-cosim[native]'.") from None
         folder = output or project_root() / "build" / "handover"
-        for path in kit.write(components()[name], folder, [host_platform()] if this_platform else TARGETS):
+        platforms = [host_platform()] if this_platform else [*TARGETS]
+        for path in kit.write(components()[name], folder, platforms, _progress):
             click.echo(path)
 
     return click.command(name, help=f"Write the kit of {name}: FMU, guide, parameter sets, reference runs.")(write)
+
+
+def _progress(steps: Iterable[str], what: str) -> Iterator[str]:
+    with tqdm(list(steps), leave=False, disable=None) as bar:
+        for step in bar:
+            bar.set_description(f"{what} {step}")
+            yield step
 
 
 for _name in components():
@@ -39,7 +49,10 @@ for _name in components():
     "--component", type=click.Choice(list(components())), help="Whose behaviour; by the FMU's name if left out."
 )
 @click.option(
-    "--map", "map_", type=click.Path(exists=True, dir_okay=False, path_type=Path), help='TOML: "theirs" = "ours".'
+    "--map",
+    "map_",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="TOML: what the FMU's variables are, as for `run --swap`; none if it has the same names.",
 )
 def check(fmu: Path, component: str | None, map_: Path | None) -> None:
     """Replay the reference runs through an FMU file; say signal by signal whether it conforms."""
@@ -54,7 +67,10 @@ def check(fmu: Path, component: str | None, map_: Path | None) -> None:
 @command.command()
 def importers() -> None:
     """Run the controller and a system in the tools of others, and write docs/IMPORTERS.md."""
-    archives.build()
     from ...importers.page import write_page
 
-    click.echo(write_page())
+    page = project_root() / "docs" / "IMPORTERS.md"
+    failures = write_page(page, _progress)
+    click.echo(page)
+    if failures:
+        raise click.ClickException("\n".join(failures))
