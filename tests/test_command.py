@@ -194,3 +194,18 @@ def test_an_order_to_terminate_keeps_the_results_and_leaves_nothing_behind(archi
     assert "Interrupted at" in errors
     assert len((tmp_path / "long.csv").read_text(encoding="utf-8").splitlines()) > 10
     assert not list(temporary.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("rov-cosim compa", ["compare"]),
+        ("rov-cosim run paper_simulation", ["paper_simulation", "paper_simulation_pd"]),
+        ("rov-cosim run bluerov2 --trouble delay_1", ["delay_1", "delay_10"]),
+    ],
+)
+def test_the_shell_completes_commands_systems_and_troubles(typed, offered):
+    words = typed.split()
+    environment = {"_MAIN_COMPLETE": "bash_complete", "COMP_WORDS": typed, "COMP_CWORD": str(len(words) - 1)}
+    done = CliRunner().invoke(main, [], env=environment, prog_name="main")
+    assert [line.partition(",")[2] for line in done.output.splitlines()] == offered

@@ -7,7 +7,6 @@ import subprocess
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -137,7 +136,7 @@ def test_a_tool_that_was_never_measured_has_a_row_without_numbers(importers, tmp
 
 
 def test_the_command_writes_the_page_and_then_tells_what_failed(importers, tmp_path, monkeypatch):
-    monkeypatch.setattr(handover_command, "session", SimpleNamespace(project_root=lambda: tmp_path))
+    monkeypatch.setattr(handover_command, "project_root", lambda: tmp_path)
     done = CliRunner().invoke(main, ["handover", "importers"])
     assert done.exit_code == 1
     assert "Error: fails fails with the controller, status 1\nThe departs departs by 1" in done.output

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import click
+from click.shell_completion import CompletionItem
 
 from ..exporters.build import EXPORTS
 from ..master.exchange import COUPLINGS
@@ -24,6 +25,12 @@ class SystemType(click.ParamType[System | Path]):
 
     name = "system"
 
+    def shell_complete(
+        self, context: click.Context, parameter: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Return the systems whose names begin so."""
+        return [CompletionItem(name) for name in SYSTEMS if name.startswith(incomplete)]
+
     def convert(self, value: Any, parameter: click.Parameter | None, context: click.Context | None) -> System | Path:
         """Return the system, or the archive's path."""
         if value in SYSTEMS:
@@ -40,6 +47,12 @@ class OneOf(click.ParamType[str]):
 
     def __init__(self, kind: str, known: Iterable[str]) -> None:
         self.name, self._known = kind, list(known)
+
+    def shell_complete(
+        self, context: click.Context, parameter: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Return the names that begin so."""
+        return [CompletionItem(name) for name in self._known if name.startswith(incomplete)]
 
     def convert(self, value: Any, parameter: click.Parameter | None, context: click.Context | None) -> str:
         """Return the name."""
