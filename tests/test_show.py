@@ -53,7 +53,7 @@ def test_an_element_is_shown_by_its_variables(archives, archived):
 
 
 def test_a_value_that_is_set_is_shown_and_marked(archives):
-    found = rows("station_keeping", "adaptive_pd", "--set", "adaptive_pd.K_P.x=120", "--set", "adaptive_pd.eta_d.z=0.3")
+    found = rows("station_keeping", "controller", "--set", "controller.K_P.x=120", "--set", "controller.eta_d.z=0.3")
     assert found["K_P.x/y/z/phi/theta/psi"].startswith("N/m, N.m/rad 120* 80 100 30 30 30 tunable Proportional gain")
     assert found["eta_d.x/y/z/phi/theta/psi"] == "m, rad 0 0 0.3* 0 0 0 Set-point in the earth frame"
 
@@ -67,10 +67,10 @@ def test_every_variable_of_every_element_is_in_a_row_of_its_own_or_of_its_group(
 
 
 def test_the_largest_tables_fit_the_screen(archives):
-    done = show("station_keeping", "adaptive_pd")
+    done = show("station_keeping", "controller")
     assert len(done.output.splitlines()) <= 62
     for width in (80, WIDTH):
-        for element in ("passive_arm", "adaptive_pd", "rov_plant"):
+        for element in ("passive_arm", "controller", "rov_plant"):
             assert max(map(len, show("station_keeping", element, width=width).output.splitlines())) <= width
 
 

@@ -10,7 +10,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -125,6 +125,10 @@ IMPORTERS = {
 }
 
 
+TIME_LIMIT = 120.0
+"""Time in s in which a tool has to come to an end; it takes some seconds."""
+
+
 class ImporterError(CheckError):
     """A tool does not run; the message has what it said."""
 
@@ -148,13 +152,29 @@ def measure(name: str, part: Part, path: Path, stop_time: float | None = None) -
         command = [sys.executable, "-m", __spec__.name, name, part, str(path.resolve()), str(stop_time or ""), str(out)]
         temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder)  # not all tools clean up after themselves
         environment = {**os.environ, **temporary}
-        done = subprocess.run(
-            command, env=environment, capture_output=True, encoding="utf-8", errors="replace", check=False
-        )
+        done = _run(command, environment) or _run(command, environment)
+        if done is None:
+            raise ImporterError(f"{name} does not come to an end with the {part}, in {TIME_LIMIT:g} s, twice.")
         if done.returncode or not out.is_file():
             said = (done.stdout + done.stderr)[-2000:]
             raise ImporterError(f"{name} fails with the {part}, status {done.returncode}:\n{said}")
         return float(out.read_text(encoding="utf-8"))
+
+
+def _run(command: list[str], environment: Mapping[str, str]) -> subprocess.CompletedProcess[str] | None:
+    """Run a command; None if it hangs, as libcosim does once in a while: its threads wait for each other."""
+    try:
+        return subprocess.run(
+            command,
+            env=environment,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
+            timeout=TIME_LIMIT,
+        )
+    except subprocess.TimeoutExpired:
+        return None
 
 
 def _controller(importer: Importer, fmu: Path) -> float:
