@@ -68,7 +68,7 @@ def test_a_name_that_the_encoding_lacks_is_printed_all_the_same(archives, tmp_pa
     command = [Path(sys.executable).with_name("rov-cosim"), "run", "station_keeping", "--stop-time", "0.3", "--output"]
     environment = {**os.environ, "PYTHONIOENCODING": "latin-1"}
     printed = subprocess.run([*command, tmp_path / "≥"], env=environment, stdout=subprocess.PIPE, check=True).stdout
-    assert b"/\\u2265/station_keeping.csv\n" in printed
+    assert b"/\\u2265/station_keeping+0.3s.csv\n" in printed
 
 
 def test_compare_draws_several_systems_into_one_figure(archives, tmp_path):

@@ -113,6 +113,20 @@ def run_installed(target, work, *arguments):
     assert done.returncode == 0, done.stderr
 
 
+INSTALLED = (
+    ("list",),
+    ("troubles",),
+    ("run", "station_keeping", "--stop-time", "0.3", "--archive", "ran.ssp"),
+    ("run", "ran.ssp", "--stop-time", "0.3"),
+    ("build",),
+    ("show", "station_keeping", "--picture", "wiring.svg"),
+    ("compare", "station_keeping", "bluerov2", "--stop-time", "0.3"),
+    ("matrix", "--vehicle", "bluerov2", "--controller", "pid", "--trouble", "bias"),
+    ("handover", "pid", "--this-platform"),
+    ("handover", "check", "build/native/pid.fmu"),
+)
+
+
 @pytest.mark.slow
 def test_an_installed_copy_works_outside_the_checkout(tmp_path):
     source = tmp_path / "source"  # setuptools leaves its own build folder where it builds
@@ -123,9 +137,12 @@ def test_an_installed_copy_works_outside_the_checkout(tmp_path):
     run("pip", "install", "--no-deps", "-q", "--target", target, wheel)
     work = tmp_path / "work"
     work.mkdir()
-    run_installed(target, work, "run", "station_keeping", "--stop-time", "0.3")
+    for command in INSTALLED:
+        run_installed(target, work, *command)
     assert (work / "systems" / "station_keeping.ssp").is_file()
-    assert (work / "build" / "results" / "station_keeping.csv").is_file()
+    assert (work / "build" / "results" / "station_keeping+0.3s.csv").is_file()
+    assert (work / "build" / "handover" / "pid-0.1.0.zip").is_file()
+    assert (work / "wiring.svg").is_file()
 
 
 @pytest.mark.slow

@@ -63,8 +63,8 @@ def built(tmp_path_factory) -> Tree:
     for export in ("native", "pythonfmu"):
         written, _, ours = tree.build(export)
         assert written
-        # A stamp tells of these folders alone.
-        assert {name.split(".")[1] for name in ours} == {"components", "exporters"}
+        # A stamp tells of two folders alone; nothing of an FMU comes from the class of its errors.
+        assert {name.split(".")[1] for name in ours} == {"components", "exporters", "errors"}
     return tree
 
 
@@ -87,11 +87,11 @@ def test_a_current_fmu_costs_no_tracing_and_nothing_is_written(built, export):
 @pytest.mark.parametrize(
     ("export", "file", "old", "new"),
     [
-        ("native", "rov_cosim/components/pid/equations.py", "p.K_P * ", "2 * p.K_P * "),
+        ("native", "rov_cosim/components/pid/equations.py", "p.K_I * ", "2 * p.K_I * "),
         ("native", "rov_cosim/components/pid/README.md", "#", "# Another:"),
         ("native", "rov_cosim/exporters/c/slave.c", "fmi2", "/* */ fmi2"),
         ("native", "rov_cosim/exporters/c_tables.py", "/* Sizes of", "/* The sizes of"),
-        ("pythonfmu", "rov_cosim/components/pid/equations.py", "p.K_P * ", "2 * p.K_P * "),
+        ("pythonfmu", "rov_cosim/components/pid/equations.py", "p.K_I * ", "2 * p.K_I * "),
         ("pythonfmu", "rov_cosim/components/feedback.py", "from coll", "# Why.\nfrom coll"),
         ("pythonfmu", "rov_cosim/exporters/pythonfmu_slave.py", "from coll", "# Why.\nfrom coll"),
         ("pythonfmu", "rov_cosim/exporters/documentation.py", "#0b3c5d", "#0b3c5e"),

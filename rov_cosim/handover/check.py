@@ -40,8 +40,8 @@ class Departure:
     explanation: str
 
     def __str__(self) -> str:
-        told = f"departs in {self.case} at {self.time:g} s: {self.value:.6g} instead of {self.expected:.6g}"
-        return f"{told}; {self.explanation}" if self.explanation else told
+        departure = f"departs in {self.case} at {self.time:g} s: {self.value:.6g} instead of {self.expected:.6g}"
+        return f"{departure}; {self.explanation}" if self.explanation else departure
 
 
 def replay(element: Element, folder: Path, reference: Reference, places: Mapping[str, Place]) -> Signals:
@@ -127,11 +127,11 @@ _EXPLANATIONS: dict[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] =
 
 
 def _explanation(values: NDArray[np.float64], expected: NDArray[np.float64]) -> str:
-    for told, of in _EXPLANATIONS.items():
+    for explanation, of in _EXPLANATIONS.items():
         wrong = of(expected)
         # What is nearly zero or nearly the same either way explains nothing.
         if np.abs(wrong - expected).max() > LEAST and _agree(values, wrong):
-            return told
+            return explanation
     return ""
 
 

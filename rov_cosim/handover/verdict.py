@@ -45,8 +45,8 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
     cases, there = cases_of(component), [name for name in component.y.names if name in imported.places]
     is_compared = len(left_out) < len(cases)
     width = max(map(len, component.y.names))
-    told = {name: str(first.get(name, "conforms" if is_compared else "not compared")) for name in there}
-    lines = [f"{name:{width}}  {told.get(name, 'not there, by the map')}" for name in component.y.names]
+    findings = {name: str(first.get(name, "conforms" if is_compared else "not compared")) for name in there}
+    lines = [f"{name:{width}}  {findings.get(name, 'not there, by the map')}" for name in component.y.names]
     lines += [*imported.notes, *left_out, *others]
     runs = f"{f'{len(cases) - len(left_out)} of ' if left_out else ''}{len(cases)} reference runs of {component.name}"
     if not there or not is_compared:

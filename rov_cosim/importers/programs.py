@@ -117,10 +117,10 @@ def _hosted(unpacked: Path, reference: Reference, folder: Path) -> float:
     description, platform = read_model_description(str(unpacked)), zig.host_platform()
     library = f"{description.coSimulation.modelIdentifier}{zig.SUFFIXES[platform]}"
     (folder / "script.txt").write_text(script(reference), encoding="utf-8")
-    told = tool(host, unpacked / "binaries" / platform / library, description.guid, "script.txt", cwd=folder)
-    found = re.match(r"(\d+) steps, largest deviation (\S+)", told)
+    printed = tool(host, unpacked / "binaries" / platform / library, description.guid, "script.txt", cwd=folder)
+    found = re.match(r"(\d+) steps, largest deviation (\S+)", printed)
     if not found or int(found[1]) != reference.case.steps:
-        raise RuntimeError(f"The host took not {reference.case.steps} steps: {told}")
+        raise RuntimeError(f"The host took not {reference.case.steps} steps: {printed}")
     return float(found[2])
 
 

@@ -24,9 +24,9 @@ from .. import options
 
 
 def _some(name: str, known: Iterable[str]) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    told = f"Only this {name}; can be given more than once."
+    description = f"Only this {name}; can be given more than once."
     return click.option(
-        f"--{name}", f"{name}s", type=options.OneOf(name, known), multiple=True, metavar="NAME", help=told
+        f"--{name}", f"{name}s", type=options.OneOf(name, known), multiple=True, metavar="NAME", help=description
     )
 
 
