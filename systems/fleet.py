@@ -23,7 +23,7 @@ from rov_cosim.components.vehicle import FORCES
 from rov_cosim.exporters.model_description import describe
 from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.parameter_set import read_parameter_set
-from rov_cosim.ssp.wiring import Value
+from rov_cosim.ssp.values import Value
 from rov_cosim.systems import station_keeping
 from rov_cosim.systems.loop import CONTROLLER, scenario_loop
 

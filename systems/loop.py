@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from rov_cosim.exporters.model_description import STOP_TIME
 from rov_cosim.ssp.declaration import System
-from rov_cosim.ssp.wiring import Value
+from rov_cosim.ssp.values import Value
 
 CONTROLLER = "controller"
 """The element that controls, in every system."""

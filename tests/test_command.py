@@ -10,24 +10,13 @@ import time
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from rov_cosim.cli.main import main
 from rov_cosim.exporters.build import components
 from rov_cosim.study import runs
 from rov_cosim.systems.catalogue import SYSTEMS
+from typed import call, ok
 
 ROOT = Path(__file__).parent.parent
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def ok(*arguments):
-    done = call(*arguments)
-    assert done.exit_code == 0, done.output
-    return done.output
 
 
 def test_list_names_every_system():
@@ -207,5 +196,5 @@ def test_an_order_to_terminate_keeps_the_results_and_leaves_nothing_behind(archi
 def test_the_shell_completes_commands_systems_and_troubles(typed, offered):
     words = typed.split()
     environment = {"_MAIN_COMPLETE": "bash_complete", "COMP_WORDS": typed, "COMP_CWORD": str(len(words) - 1)}
-    done = CliRunner().invoke(main, [], env=environment, prog_name="main")
+    done = call(env=environment, prog_name="main")
     assert [line.partition(",")[2] for line in done.output.splitlines()] == offered

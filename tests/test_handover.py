@@ -13,13 +13,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from fmpy import read_model_description
 from fmpy.ssp.ssd import read_ssv
 from fmpy.util import read_csv
 from lxml import etree
 
-from rov_cosim.cli.main import main
+import typed
 from rov_cosim.components.cases import cases_of
 from rov_cosim.components.interface import POSE, Signal, count
 from rov_cosim.exporters import archive, native_export, zig
@@ -229,7 +228,7 @@ def test_an_fmu_of_another_make_conforms_by_the_map_of_its_swap(of_another_make,
     assert lines[-1] == "All 40 signals conform in 9 reference runs of adaptive_pd."
     its = mapped(tmp_path, ITS_MAP.removeprefix("[rov_plant]\n"))
     swap = ["run", "bluerov2", "--swap", f"controller={of_another_make}", "--map", its, "--stop-time", 0.3]
-    done = CliRunner().invoke(main, [str(part) for part in (*swap, "--output", tmp_path)])
+    done = typed.call(*swap, "--output", tmp_path)
     assert done.exit_code == 0, done.output
 
 
@@ -315,19 +314,15 @@ def test_a_map_that_cannot_be_used_is_refused_with_its_reason(fmus, tmp_path, te
     assert WRONG_MAPS[text] in str(caught.value)
 
 
-def call(*arguments):
-    return CliRunner().invoke(main, ["handover", *(str(argument) for argument in arguments)])
-
-
 def test_the_commands_write_a_kit_and_check_an_fmu(fmus, tmp_path):
-    done = call("passive_arm", "--this-platform", "--output", tmp_path)
+    done = typed.call("handover", "passive_arm", "--this-platform", "--output", tmp_path)
     assert done.exit_code == 0, done.output
     folder, zipped = map(Path, done.output.split())
     assert (folder / "guide.html").is_file()
     assert zipped.is_file()
-    done = call("check", folder / "passive_arm.fmu")
+    done = typed.call("handover", "check", folder / "passive_arm.fmu")
     assert (done.exit_code, done.output.splitlines()[-1]) == (0, verdict.judge(fmus["passive_arm"])[0][-1])
-    done = call("check", wrong_controller(tmp_path / "wrong.fmu", flipped))
+    done = typed.call("handover", "check", wrong_controller(tmp_path / "wrong.fmu", flipped))
     assert done.exit_code == 1
     assert "the sign is flipped" in done.output
 
@@ -383,8 +378,8 @@ def test_what_cannot_be_checked_ends_with_a_reason(fmus, plain_gain, tmp_path):
         ([ours, "--map", tmp_path / "vain.toml"], "eta_m.w, which is neither a variable of controller"),
         ([ours, "--map", tmp_path / "long.toml"], f"{LONG}, which the FMU has not"),
     ):
-        assert reason in one_line(call("check", *arguments))
-    done = call("check", plain_gain, "--component", "rov_plant")
+        assert reason in one_line(typed.call("handover", "check", *arguments))
+    done = typed.call("handover", "check", plain_gain, "--component", "rov_plant")
     assert done.exit_code == 1
     assert done.output.startswith("Error: The FMU has no variable u[1].")
 
@@ -397,7 +392,7 @@ def test_a_kit_that_cannot_be_written_ends_with_a_reason(tmp_path):
         (tmp_path / "file" / "below", "Not a directory"),
         (tmp_path / (LONG + LONG), "File name too long"),
     ):
-        assert reason in one_line(call("scenario", "--this-platform", "--output", folder))
+        assert reason in one_line(typed.call("handover", "scenario", "--this-platform", "--output", folder))
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from rov_cosim.cli.commands import handover as handover_command
-from rov_cosim.cli.main import main
 from rov_cosim.importers import page
 from rov_cosim.importers.driving import deviation
-from rov_cosim.importers.page import CONTROLLER, IMPORTERS, SYSTEM, Importer, ImporterError, measure, measured
+from rov_cosim.importers.measuring import CONTROLLER, SYSTEM, ImporterError, measure
+from rov_cosim.importers.page import measured
+from rov_cosim.importers.tools import IMPORTERS, Importer
+from typed import call
 
 ROOT = Path(__file__).parent.parent
 SLOW = {("fmpy_command", "controller"), ("toolbox", "controller"), ("toolbox", "loop")}
@@ -137,7 +138,7 @@ def test_a_tool_that_was_never_measured_has_a_row_without_numbers(importers, tmp
 
 def test_the_command_writes_the_page_and_then_tells_what_failed(importers, tmp_path, monkeypatch):
     monkeypatch.setattr(handover_command, "project_root", lambda: tmp_path)
-    done = CliRunner().invoke(main, ["handover", "importers"])
+    done = call("handover", "importers")
     assert done.exit_code == 1
     assert "Error: fails fails with the controller, status 1\nThe departs departs by 1" in done.output
     assert list(measured((tmp_path / "docs" / "IMPORTERS.md").read_text())) == ["The agrees"]

@@ -13,10 +13,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from pythonfmu.builder import FmuBuilder
 
-from rov_cosim.cli.main import main
 from rov_cosim.exporters.build import project_root
 from rov_cosim.ssp import swap_map
 from rov_cosim.study import campaign_tables
@@ -26,6 +24,7 @@ from rov_cosim.study.score_table import write_scores
 from rov_cosim.study.scores import VERDICTS
 from rov_cosim.study.troubles import TROUBLES
 from rov_cosim.systems.fleet import CONTROLLERS, STOP_TIME, VEHICLES
+from typed import call
 
 VEHICLE = "bluerov2"
 
@@ -145,10 +144,6 @@ def test_the_page_has_the_verdicts_of_the_matrix_and_each_failure_is_explained(f
         *re.findall(r"`(\w+)`", never),
         *(f"delay_{samples}" for samples in range(1, 7)),
     }
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 def test_the_command_writes_tables_and_picture(loops, tmp_path):

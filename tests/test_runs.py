@@ -5,11 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from fmpy.util import write_csv as fmpy_write_csv
 
-from rov_cosim.cli.main import main
-from rov_cosim.importers.page import IMPORTERS, measure
+from rov_cosim.importers.measuring import measure
+from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.ssp import reader
 from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.swap_map import SwapMap
@@ -21,18 +20,9 @@ from rov_cosim.study.runs import file_name, opened, simulated
 from rov_cosim.study.screen import counted
 from rov_cosim.study.troubles import TROUBLES
 from rov_cosim.systems.catalogue import SYSTEMS
+from typed import call, ok
 
 PAPER = SYSTEMS["station_keeping"]
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def ok(*arguments):
-    done = call(*arguments)
-    assert done.exit_code == 0, done.output
-    return done.output
 
 
 def run(system, changes=None, **options):

@@ -3,20 +3,19 @@
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 from fmpy import extract, read_model_description
 
 from rov_cosim.cli.description import element_lines, folded, system_lines
-from rov_cosim.cli.main import main
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp.swap_map import stem
 from rov_cosim.ssp.wiring import Element, End, Link, Wiring
+from typed import call
 
 WIDTH = 120
 
 
 def show(*arguments, width=WIDTH):
-    done = CliRunner(env={"COLUMNS": str(width)}).invoke(main, ["show", *map(str, arguments)])
+    done = call("show", *arguments, env={"COLUMNS": str(width)})
     assert done.exception is None or isinstance(done.exception, SystemExit)
     return done
 

@@ -6,12 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from fmpy import read_model_description
 from pythonfmu.builder import FmuBuilder
 
 from fmu import with_units
-from rov_cosim.cli.main import main
 from rov_cosim.components.vehicle import FORCES
 from rov_cosim.exporters import archive
 from rov_cosim.master.exchange import gauss_seidel
@@ -27,6 +25,7 @@ from rov_cosim.study.changes import Changes
 from rov_cosim.study.runs import run as run_system
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.fleet import holding
+from typed import call
 
 HERE = Path(__file__).parent
 GUIDE = (HERE.parent / "systems" / "README.md").read_text(encoding="utf-8")
@@ -446,10 +445,6 @@ def test_everything_wrong_with_a_map_file_is_told_at_once(tmp_path):
     assert len(caught.value.problems) == 4
 
 
-def call(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
 def sets(values):
     return [part for name, value in values.items() for part in ("--set", f"{name}={value}")]
 
@@ -515,7 +510,7 @@ def test_a_vehicle_of_another_make_gets_the_same_table(fmus, foreign, tmp_path):
     some = [f"--trouble={name}" for name in ("still_water", "noise_2", "delay_3", "current", "arm_pull", "dead_band")]
     some += ["--vehicle=hoang_kreuzer", "--jobs=2", "--set=rov_plant.push_north=4"]
     swap = [f"--swap=rov_plant={foreign}", f"--map={tmp_path / 'map.toml'}"]
-    done = CliRunner().invoke(main, ["matrix", *some, *swap, f"--output={tmp_path}"])
+    done = call("matrix", *some, *swap, f"--output={tmp_path}")
     assert done.exit_code == 0, done.output
     assert done.output.count("has no place for") == 1  # told once, not for every controller
     with open(tmp_path / "matrix_part.csv", encoding="utf-8") as file:

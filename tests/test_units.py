@@ -5,7 +5,8 @@ from lxml import etree
 
 from fmu import with_units
 from rov_cosim.exporters import archive
-from rov_cosim.importers.page import IMPORTERS, measure
+from rov_cosim.importers.measuring import measure
+from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp import writer as ssp_writer

@@ -12,7 +12,8 @@ from rov_cosim.components.frames import rotation
 from rov_cosim.components.vehicle import FORCES
 from rov_cosim.exporters import archive
 from rov_cosim.exporters.build import components
-from rov_cosim.importers.page import IMPORTERS, measure
+from rov_cosim.importers.measuring import measure
+from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp import writer as ssp_writer

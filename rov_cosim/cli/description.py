@@ -8,7 +8,8 @@ from textwrap import wrap
 from fmpy.model_description import ModelVariable
 
 from ..ssp.swap_map import stem
-from ..ssp.wiring import Element, Link, Wiring, parse
+from ..ssp.values import parse
+from ..ssp.wiring import Element, Link, Wiring
 from . import table
 
 SECTIONS = {"inputs": "input", "outputs": "output", "parameters": "parameter"}

@@ -13,7 +13,8 @@ from ..errors import UserError
 from ..exporters.model_description import literal
 from ..master.slave import Slave
 from ..ssp.places import Place
-from ..ssp.wiring import Element, parse
+from ..ssp.values import parse
+from ..ssp.wiring import Element
 from .reference import TOLERANCE, Reference
 
 Signals = dict[str, NDArray[np.float64]]

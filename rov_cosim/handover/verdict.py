@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..components.cases import cases_of
 from ..ssp.swap_map import folded
-from ..ssp.wiring import parse
+from ..ssp.values import parse
 from . import reference
 from .check import Departure, RunError, departures, replay
 from .imported import Imported, opened

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ..components.interface import Component
 from ..exporters.model_description import literal
 from ..handover.reference import Reference
-from ..ssp.wiring import Value, Wiring, parse
+from ..ssp.values import Value, parse
+from ..ssp.wiring import Wiring
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,8 @@ from fmpy.model_description import (
 
 from ..exporters import archive
 from ..exporters.model_description import literal, to_xml
-from .wiring import End, Link, Value, Wiring, WiringError
+from .values import Value
+from .wiring import End, Link, Wiring, WiringError
 
 CONFIGURATION_VERSION = "0.1.0"
 

@@ -8,7 +8,8 @@ from fmpy import read_model_description
 
 from ..components.interface import SAMPLE_TIME
 from ..exporters.build import built
-from .wiring import Element, End, Link, Value, Wiring, WiringError, converted, suggestion
+from .values import Value
+from .wiring import Element, End, Link, Wiring, WiringError, converted, suggestion
 
 Connection = tuple[str, str] | tuple[str, str, Mapping[str, float]]
 

@@ -9,7 +9,8 @@ from lxml import etree
 
 from .strict_xml import STANDARD, parse_strictly
 from .units import BASE_UNITS, Base, same_unit, units_of
-from .wiring import Value, WiringError, parse, suggestion
+from .values import Value, parse
+from .wiring import WiringError, suggestion
 
 SCHEMA = "SystemStructureParameterValues.xsd"
 

@@ -14,7 +14,8 @@ from .fmu_file import FmuError, described
 from .parameter_set import SCHEMA, Bound, checked_values, parameters, units_in
 from .strict_xml import NAMESPACES, STANDARD, parse_strictly
 from .units import Base, same_unit, units_of
-from .wiring import TYPES, Element, End, Link, Value, Wiring, WiringError, converted, suggestion
+from .values import TYPES, Value
+from .wiring import Element, End, Link, Wiring, WiringError, converted, suggestion
 
 
 @contextmanager

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from lxml import etree
 
-from .wiring import TYPES, WiringError
+from .values import TYPES
+from .wiring import WiringError
 
 NAMESPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from .units import KNOWN, conversion, units_of
-from .wiring import Element, Value, WiringError, suggestion
+from .values import Value
+from .wiring import Element, WiringError, suggestion
 from .z_down import sign
 
 _PARTS = {"variables": dict, "constants": dict, "without": list}

@@ -7,7 +7,8 @@ from pathlib import Path
 from .fmu_file import FmuError, described
 from .places import Places
 from .swap_map import SwapMap, folded, stem
-from .wiring import Element, End, Link, Value, Wiring, WiringError, called_by_fmu, suggestion
+from .values import Value
+from .wiring import Element, End, Link, Wiring, WiringError, called_by_fmu, suggestion
 
 Warn = Callable[[str], None]
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from ..ssp.swap_map import SwapMap
 from ..ssp.swapping import with_swaps
-from ..ssp.wiring import Value, Wiring
+from ..ssp.values import Value
+from ..ssp.wiring import Wiring
 from .troubles import TROUBLES
 
 

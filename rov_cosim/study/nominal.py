@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from ..components.interface import XYZ, count
 from ..components.vehicle import FORCES, N_THRUSTERS, allocation_matrix, degrees_of_freedom, disturbance_map
-from ..ssp.wiring import Value, Wiring, WiringError, parse
+from ..ssp.values import Value, parse
+from ..ssp.wiring import Wiring, WiringError
 from ..systems.fleet import VEHICLES
 
 

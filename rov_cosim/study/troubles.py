@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from ..components.interface import XYZ
 from ..components.passive_arm.equations import LONGEST_DELAY
-from ..ssp.wiring import Value, Wiring
+from ..ssp.values import Value
+from ..ssp.wiring import Wiring
 from .nominal import DoesNotApplyError, Nominal
 
 ONSET = 60.0
