@@ -109,3 +109,30 @@ def test_the_start_time_is_that_of_the_experiment(fmus, tmp_path):
     a, b = simulate(early), simulate(late)
     assert b["time"] - 100.0 == pytest.approx(a["time"])
     assert b["rov_plant.eta.z"] == pytest.approx(a["rov_plant.eta.z"], abs=1e-12)
+
+
+@pytest.mark.parametrize("coupling", [jacobi, gauss_seidel])
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_steps_in_c_are_those_in_python_to_the_last_bit(fmus, name, coupling):
+    wiring = wire(SYSTEMS[name], fmus)
+    assert np.array_equal(
+        simulate(wiring, coupling, stop_time=6.0), simulate(wiring, coupling, stop_time=6.0, in_numpy=True)
+    )
+
+
+def test_factors_are_handed_on_in_c_as_in_python(plain_gain):
+    links = (("a.y", "b.u", {"u": -2.5}), ("b.y", "c.u"))
+    wiring = wire(System("three", "", dict.fromkeys("abc", "g"), links, 3.0, {"a": {"rate": 0.7}}), {"g": plain_gain})
+    for coupling in (jacobi, gauss_seidel):
+        in_c, in_python = simulate(wiring, coupling), simulate(wiring, coupling, in_numpy=True)
+        assert np.array_equal(in_c, in_python)
+        assert np.ptp(in_c["c.y"]) > 1.0
+
+
+@pytest.mark.parametrize("in_numpy", [False, True])
+def test_a_step_that_fails_without_a_word_is_told_by_element_call_and_time(plain_gain, in_numpy):
+    wiring = wire(System("one", "", {"a": "g"}, (), 3.0, {"a": {"fail_at": 1.0}}), {"g": plain_gain})
+    with pytest.raises(SimulationError) as caught:
+        simulate(wiring, in_numpy=in_numpy)
+    assert str(caught.value) == "a: At 0.99 s: fmi2DoStep failed with status 2 (discard)."
+    assert caught.value.results["time"][-1] == pytest.approx(0.99)

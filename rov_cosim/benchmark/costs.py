@@ -65,11 +65,14 @@ def from_python(wiring: Wiring, steps: int) -> dict[str, list[float]]:
     return costs
 
 
-def loops(wiring: Wiring, ways: Mapping[str, Folders], steps: int) -> dict[str, float]:
-    """Return what a step of the Jacobi master costs in s, with FMUs from several folders, measured in turns."""
+def loops(wiring: Wiring, ways: Mapping[str, tuple[Folders, bool]], steps: int) -> dict[str, float]:
+    """Return what a step of the Jacobi master costs in s, by way, measured in turns.
+
+    A way is the folders from which the FMUs come, and whether the master steps in NumPy.
+    """
     taken: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(ROUNDS):
-        for name, folders in ways.items():
+        for name, (folders, in_numpy) in ways.items():
 
             def stopwatch(numbers: Iterable[int], taken: list[float] = taken[name]) -> Iterator[int]:
                 begin = perf_counter()
@@ -77,7 +80,7 @@ def loops(wiring: Wiring, ways: Mapping[str, Folders], steps: int) -> dict[str, 
                 taken.append(perf_counter() - begin)
 
             stop_time = wiring.start_time + steps * wiring.step_size
-            simulate(wiring, stop_time=stop_time, progress=stopwatch, folders=folders)
+            simulate(wiring, stop_time=stop_time, progress=stopwatch, folders=folders, in_numpy=in_numpy)
     return {name: min(seconds) / steps for name, seconds in taken.items()}
 
 

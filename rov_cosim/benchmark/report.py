@@ -14,6 +14,9 @@ from . import costs
 STEPS = {"native": 10_000, "pythonfmu": 100}
 """Steps over which each export is measured: some hundredths of a second at least."""
 
+IN_NUMPY = "native FMUs, steps in NumPy"
+DO_NOTHING = "FMUs that do nothing"
+
 
 def report(system: System, folder: str) -> Iterator[str]:
     """Yield the lines of the tables, each as soon as it is measured; runs leave their results in the folder."""
@@ -28,13 +31,18 @@ def report(system: System, folder: str) -> Iterator[str]:
             for way, seconds in costs.from_python(wiring, steps).items():
                 yield _row(f"{export}: {way}", (f"{1e6 * one:.1f}" for one in seconds))
             with costs.idle(wiring) as idle, unpacked(wiring) as folders:
-                compared = {"do-nothing": idle, export: folders} if export == "native" else {export: folders}
+                compared = {export: (folders, False)}
+                if export == "native":
+                    compared |= {DO_NOTHING: (idle, False), IN_NUMPY: (folders, True)}
                 loops |= costs.loops(wiring, compared, steps)
 
     yield ""
     yield _row(f"{system.name} in the Jacobi master", ["us a step", "x real time"])
     for label, seconds_a_step in loops.items():
-        yield _row(f"{label} FMUs", [f"{1e6 * seconds_a_step:.1f}", f"{system.step_size / seconds_a_step:.0f}"])
+        yield _row(
+            f"{label} FMUs" if label in STEPS else label,
+            [f"{1e6 * seconds_a_step:.1f}", f"{system.step_size / seconds_a_step:.0f}"],
+        )
 
     yield ""
     yield _row("command", ["wall time, s", "peak, MB"])
@@ -60,7 +68,10 @@ def report(system: System, folder: str) -> Iterator[str]:
     yield ""
     yield _row("ratio", [])
     yield _row("pythonfmu loop : native loop", [f"{loops['pythonfmu'] / loops['native']:.1f}"])
-    yield _row("native loop : do-nothing loop", [f"{loops['native'] / loops['do-nothing']:.2f}"])
+    yield _row("native loop : do-nothing loop", [f"{loops['native'] / loops[DO_NOTHING]:.2f}"])
+    yield _row("native loop in NumPy : in C", [f"{loops[IN_NUMPY] / loops['native']:.2f}"])
+    bare_loop = sum(bare for bare, _ in in_c.values())
+    yield _row("native loop : bare functions", [f"{loops['native'] / bare_loop:.2f}"])
     for name, (bare, fmi) in in_c.items():
         yield _row(f"fmi2DoStep of {name} : bare function", [f"{fmi / bare:.2f}", f"+ {1e9 * (fmi - bare):.0f} ns"])
     yield _row("start-up : fmpy simulate", [f"{walls[1] / walls[0]:.2f}"])

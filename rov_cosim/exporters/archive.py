@@ -26,13 +26,23 @@ def write(path: Path, entries: Mapping[str, bytes]) -> bool:
     """
     if present(path) == dict(entries):
         return False
+    put(path, _zipped(entries))
+    return True
+
+
+def put(path: Path, content: bytes) -> None:
+    """Write a file as a whole: whoever reads meanwhile sees what was there before, or all of it.
+
+    Raises
+    ------
+    OSError : it cannot be written; the message names `path` and the reason.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         _clear_abandoned(path)
-        _replace(path, _zipped(entries))
+        _replace(path, content)
     except OSError as error:
         raise OSError(f"{path} cannot be written: {error.strerror}") from error
-    return True
 
 
 def _zipped(entries: Mapping[str, bytes]) -> bytes:

@@ -11,7 +11,6 @@ from ..components.interface import Component, Continuous, Sampled
 from . import archive, c_tables, documentation, model_description, tracing, zig
 
 _CHECKSUMS = "sources/binaries.sha256"
-_STANDARD_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 _SAMPLED_ONLY = {"sampled.c", "noise.c", "noise.h"}
 _CONTINUOUS_ONLY = {"continuous.c"}
 
@@ -59,17 +58,12 @@ def sources(component: Component) -> dict[str, bytes]:
         for file in hand_written.iterdir()
         if file.name not in omitted and file.name.endswith((".c", ".h"))
     }
-    code.update(standard_headers())
+    code.update(zig.standard_headers())
     guid = description(component).guid
     code["component.h"] = c_tables.header(component).encode()
     code["component.c"] = c_tables.source(component, guid).encode()
     code["model.c"] = tracing.source(component).encode()
     return code
-
-
-def standard_headers() -> dict[str, bytes]:
-    """Return the headers of FMI 2.0 by file name."""
-    return {name: (files("fmpy") / "c-code" / name).read_bytes() for name in _STANDARD_HEADERS}
 
 
 def description(component: Component) -> ModelDescription:

@@ -11,11 +11,14 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
 
 import fmpy
 
 from ..errors import UserError
+
+_STANDARD_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 
 TARGETS = {
     "linux64": ("x86_64-linux-gnu.2.17",),
@@ -44,7 +47,7 @@ TIME_LIMIT = 1800.0
 # Where zig looks for its cache, in its order, and the folder below; LOCALAPPDATA is set on Windows alone.
 _CACHES = {"ZIG_GLOBAL_CACHE_DIR": "", "LOCALAPPDATA": "zig", "XDG_CACHE_HOME": "zig", "HOME": ".cache/zig"}
 
-_SHARED = ("-shared", "-fPIC", "-s")
+SHARED = ("-shared", "-fPIC", "-s")
 _FAT_MAGIC, _CPU_TYPES = 0xCAFEBABE, {"x86_64": (0x01000007, 3), "aarch64": (0x0100000C, 0)}
 _FAT_ALIGNMENT = 14
 
@@ -58,7 +61,7 @@ def recipe() -> str:
     lines = [f"ziglang {version('ziglang')}"]
     for platform, targets in TARGETS.items():
         for target in targets:
-            lines.append(f"{platform}: {' '.join(_command(target, f'NAME{SUFFIXES[platform]}', _SHARED, ['*.c']))}")
+            lines.append(f"{platform}: {' '.join(_command(target, f'NAME{SUFFIXES[platform]}', SHARED, ['*.c']))}")
     return "\n".join([*lines, ""])
 
 
@@ -70,7 +73,7 @@ def shared_library(name: str, sources: Mapping[str, bytes], platform: str) -> by
     BuildError : the compiler refuses the source, with its words, or does not end.
     """
     output = name + SUFFIXES[platform]
-    slices = {target: compiled(sources, target, output, _SHARED) for target in TARGETS[platform]}
+    slices = {target: compiled(sources, target, output, SHARED) for target in TARGETS[platform]}
     return next(iter(slices.values())) if len(slices) == 1 else _universal(slices)
 
 
@@ -93,6 +96,11 @@ def host_platform() -> str:
     return next(platform for platform, targets in TARGETS.items() if host_target() in targets)
 
 
+def standard_headers() -> dict[str, bytes]:
+    """Return the headers of FMI 2.0 by file name."""
+    return {name: (files("fmpy") / "c-code" / name).read_bytes() for name in _STANDARD_HEADERS}
+
+
 def compiled(sources: Mapping[str, bytes], target: str, output: str, options: Iterable[str] = ()) -> bytes:
     """Return what the compiler makes of C sources and headers, by file name.
 
@@ -103,8 +111,8 @@ def compiled(sources: Mapping[str, bytes], target: str, output: str, options: It
     with tempfile.TemporaryDirectory() as folder:
         for name, content in sources.items():
             (Path(folder) / name).write_bytes(content)
-        files = sorted(name for name in sources if name.endswith(".c"))
-        command = [sys.executable, "-m", "ziglang", *_command(target, output, options, files)]
+        code = sorted(name for name in sources if name.endswith(".c"))
+        command = [sys.executable, "-m", "ziglang", *_command(target, output, options, code)]
         try:
             done = subprocess.run(
                 command,
@@ -145,9 +153,9 @@ def _temporary_cache() -> Path:
     return folder
 
 
-def _command(target: str, output: str, options: Iterable[str], files: Iterable[str]) -> list[str]:
+def _command(target: str, output: str, options: Iterable[str], code: Iterable[str]) -> list[str]:
     libraries = [] if "windows" in target else ["-lm"]
-    return ["cc", "-target", target, *FLAGS, *options, "-o", output, *files, *libraries]
+    return ["cc", "-target", target, *FLAGS, *options, "-o", output, *code, *libraries]
 
 
 def _universal(slices: Mapping[str, bytes]) -> bytes:

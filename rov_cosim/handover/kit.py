@@ -67,7 +67,7 @@ def entries(component: Component, platforms: Iterable[str], progress: Progress) 
     types = {name: signal.type for signal in signals if signal.type != "Real" for name in signal.names}
     script = (files(__package__) / "replay_ecos.py.in").read_text(encoding="utf-8")
     content["replay_ecos.py"] = script.format(name=component.name, first=cases[0].name, types=types).encode()
-    for name, header in native_export.standard_headers().items():
+    for name, header in zig.standard_headers().items():
         content[f"headers/{name}"] = header
     (licence,) = (file for file in distribution("rov-cosim").files or () if file.name == "LICENSE")
     return {**content, "LICENSE": licence.read_text(encoding="utf-8").encode()}

@@ -22,7 +22,6 @@ from ..components.cases import Case
 from ..components.interface import SAMPLE_TIME
 from ..exporters import zig
 from ..exporters.build import components
-from ..exporters.native_export import standard_headers
 from ..handover.reference import Reference, script
 from .driving import Loop, deviation, parameters, signals, tool
 
@@ -111,7 +110,7 @@ def _hosted(unpacked: Path, reference: Reference, folder: Path) -> float:
     """Return what host.c, compiled by zig, says of a reference run."""
     host = folder / "host"
     if not host.is_file():
-        sources = {"host.c": (files("rov_cosim.handover") / "host.c").read_bytes(), **standard_headers()}
+        sources = {"host.c": (files("rov_cosim.handover") / "host.c").read_bytes(), **zig.standard_headers()}
         host.write_bytes(zig.compiled(sources, zig.host_target(), "host", ["-ldl"]))
         host.chmod(0o755)
     description, platform = read_model_description(str(unpacked)), zig.host_platform()

@@ -1,16 +1,31 @@
 """How values go from FMU to FMU: the links of a system as copies between arrays, and the two couplings."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..ssp.wiring import Link
-from .slave import Slave
+from .slave import Slave, SlaveError
 
 PASSES = 100
 """Passes over the links, beyond one for each, in which initial values that follow each other must settle."""
+
+
+class Copy(NamedTuple):
+    """Outputs of one slave that become inputs of another: target[to] = factors * source[from_].
+
+    `receiver` is the place of the other in the system's order, `type` the FMI type of all of them.
+    """
+
+    receiver: int
+    type: str
+    source: NDArray[Any]
+    target: NDArray[Any]
+    from_: NDArray[np.intp]
+    to: NDArray[np.intp]
+    factors: NDArray[Any]
 
 
 class Exchange:
@@ -23,18 +38,19 @@ class Exchange:
         for source, target, factor in links:
             type_ = by_name[source.element].element.variables[source.variable].type
             places = grouped.setdefault((source.element, target.element, type_), [])
-            outputs, inputs = by_name[source.element].outputs[type_], by_name[target.element].inputs[type_]
-            places.append((outputs.names.index(source.variable), inputs.names.index(target.variable), factor))
-        self._copies: dict[str, list[tuple[NDArray[Any], ...]]] = {}
+            names = by_name[source.element].outputs[type_].names, by_name[target.element].inputs[type_].names
+            places.append((names[0].index(source.variable), names[1].index(target.variable), factor))
+        self.copies: list[Copy] = []
         for (source_name, target_name, type_), places in grouped.items():
             from_, to, factors = (np.array(column) for column in zip(*places, strict=True))
-            values = (by_name[source_name].outputs[type_].values, by_name[target_name].inputs[type_].values)
-            factors = factors.astype(values[1].dtype)
-            self._copies.setdefault(target_name, []).append((*values, from_, to, factors))
+            outputs, inputs = by_name[source_name].outputs[type_].values, by_name[target_name].inputs[type_].values
+            receiver = slaves.index(by_name[target_name])
+            self.copies.append(Copy(receiver, type_, outputs, inputs, from_, to, factors.astype(inputs.dtype)))
+        self._into = {slave: [c for c in self.copies if c.receiver == i] for i, slave in enumerate(slaves)}
 
     def feed(self, slave: Slave) -> None:
         """Set the connected inputs of a slave from the outputs last read."""
-        for source, target, from_, to, factors in self._copies.get(slave.element.name, ()):
+        for _, _, source, target, from_, to, factors in self._into[slave]:
             target[to] = factors * source[from_]
         slave.write()
 
@@ -58,6 +74,27 @@ class Exchange:
 
 
 Coupling = Callable[[Exchange, float, float], None]
+
+Advance = Callable[[int, NDArray[np.float64]], None]
+"""Takes a step for each row of an array, the first of the number given, and records the outputs after it in the row.
+
+SlaveError if a call fails, with the number of the step; the rows before are filled.
+"""
+
+
+def in_python(exchange: Exchange, coupling: Coupling, start_time: float, step: float) -> Advance:
+    """Return what advances the slaves by a coupling: the reference for `in_c`."""
+
+    def advance(first: int, rows: NDArray[np.float64]) -> None:
+        for n, row in enumerate(rows, first):
+            try:
+                coupling(exchange, start_time + n * step, step)
+            except SlaveError as error:
+                error.step = n
+                raise
+            row[:] = exchange.values()
+
+    return advance
 
 
 def jacobi(exchange: Exchange, time: float, step: float) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,16 @@ from numpy.typing import NDArray
 
 from ..errors import UserError
 from ..ssp.wiring import Wiring, WiringError
-from .exchange import Coupling, Exchange, jacobi
+from .exchange import Coupling, Exchange, in_python, jacobi
+from .in_c import in_c
 from .interrupts import deferred
-from .slave import Slave
+from .slave import Slave, SlaveError
 from .unpacked import Folders, unpacked
 
 Progress = Callable[[Iterable[int]], Iterable[int]]
+
+_BATCH = 0.02
+"""Time in s that the steps between two looks at Ctrl-C take, about."""
 
 
 class SimulationError(UserError):
@@ -34,6 +39,7 @@ def simulate(
     progress: Progress = lambda steps: steps,
     warn: Callable[[str], None] = lambda message: None,
     folders: Folders | None = None,
+    in_numpy: bool = False,
 ) -> NDArray[Any]:
     """Run a system from its start time and return the outputs as a structured array.
 
@@ -45,6 +51,7 @@ def simulate(
     progress : wraps the iterable of steps, for example ``tqdm``.
     warn : called with each warning of an FMU.
     folders : where its FMUs lie `unpacked`, for many runs of them; they are unpacked for this run if left out.
+    in_numpy : step in Python, not in C where there is a compiler; the results are the same to the last bit.
 
     Returns
     -------
@@ -74,15 +81,23 @@ def simulate(
             rows = np.empty((n_steps + 1, len(fields)))
             initialize(exchange, wiring.start_time)
             rows[0], done = exchange.values(), 1
+            how = (exchange, coupling, wiring.start_time, wiring.step_size)
+            advance = (None if in_numpy else in_c(*how)) or in_python(*how)
+            ready, batch = 0, 1
             for n in progress(range(n_steps)):
                 if interrupted:
                     raise KeyboardInterrupt
-                coupling(exchange, wiring.start_time + n * wiring.step_size, wiring.step_size)
-                rows[n + 1], done = exchange.values(), n + 2
+                if n == ready:
+                    begin, ready = perf_counter(), min(ready + batch, n_steps)
+                    advance(n, rows[n + 1 : ready + 1])
+                    batch = 2 * batch if perf_counter() - begin < _BATCH else max(batch // 2, 1)
+                done = n + 2
             for slave in slaves:
                 slave.fmu.terminate()
         except FMICallException as error:
-            raise SimulationError(_explain(slaves, error), _table(rows[:done], fields, wiring)) from error
+            if isinstance(error, SlaveError) and error.step is not None:
+                done = error.step + 1
+            raise SimulationError(_explain(slaves, error, wiring), _table(rows[:done], fields, wiring)) from error
         except KeyboardInterrupt:
             time = wiring.start_time + max(0, done - 1) * wiring.step_size
             raise SimulationError(f"Interrupted at {time:.6g} s.", _table(rows[:done], fields, wiring)) from None
@@ -118,10 +133,13 @@ def instantiated(wiring: Wiring, warn: Callable[[str], None], folders: Folders |
         yield slaves
 
 
-def _explain(slaves: list[Slave], error: FMICallException) -> str:
-    """Return what the failing FMU logged, or else the call that failed."""
+def _explain(slaves: list[Slave], error: FMICallException, wiring: Wiring) -> str:
+    """Return what the failing FMU logged, or else which call of which FMU failed, and when."""
     messages = [f"{slave.element.name}: {text}" for slave in slaves for text in dict.fromkeys(slave.errors)]
-    return " ".join(messages) or str(error)
+    if messages or not isinstance(error, SlaveError):
+        return " ".join(messages) or str(error)
+    when = "" if error.step is None else f"At {wiring.start_time + error.step * wiring.step_size:.9g} s: "
+    return f"{error.slave.element.name}: {when}{error}"
 
 
 def _table(rows: NDArray[np.float64], fields: list[tuple[str, type]], wiring: Wiring) -> NDArray[Any]:

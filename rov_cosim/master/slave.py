@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from fmpy import calloc, free
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (
     FMU2Slave,
     fmi2CallbackAllocateMemoryTYPE,
@@ -21,27 +22,38 @@ from fmpy.model_description import ModelVariable
 
 from ..ssp.wiring import Element, Wiring
 
+TYPES = ("Real", "Integer", "Boolean")
 _CTYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 _DTYPES: dict[str, type] = {"Real": np.float64, "Integer": np.int32, "Boolean": np.bool_}
 
 
-class _Block:
+class Block:
     """Some variables of one type of one FMU, and the memory through which they are read or set."""
 
     def __init__(self, fmu: FMU2Slave, type_: str, variables: list[ModelVariable]) -> None:
         n = len(variables)
-        references = (c_uint32 * n)(*(variable.valueReference for variable in variables))
+        self.references = (c_uint32 * n)(*(variable.valueReference for variable in variables))
         self.names = [variable.name for variable in variables]
         memory = (_CTYPES[type_] * n)()
         self.values = np.frombuffer(memory, dtype=np.dtype(_CTYPES[type_]))
         self._get, self._set = getattr(fmu, f"fmi2Get{type_}"), getattr(fmu, f"fmi2Set{type_}")
-        self._arguments = (fmu.component, references, n, cast(memory, POINTER(_CTYPES[type_])))
+        self._arguments = (fmu.component, self.references, n, cast(memory, POINTER(_CTYPES[type_])))
 
     def read(self) -> None:
+        """Read the values from the FMU."""
         self._get(*self._arguments)
 
     def write(self) -> None:
+        """Set the values in the FMU."""
         self._set(*self._arguments)
+
+
+class SlaveError(FMICallException):
+    """A call of an FMU failed in a step; `step` is its number once it is known."""
+
+    def __init__(self, slave: "Slave", function: str, status: int, step: int | None = None) -> None:
+        super().__init__(function, status)
+        self.slave, self.step = slave, step
 
 
 class Slave:
@@ -71,8 +83,8 @@ class Slave:
         self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
         self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
         self.fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
-        self.outputs: dict[str, _Block] = {}
-        self.inputs: dict[str, _Block] = {}
+        self.outputs: dict[str, Block] = {}
+        self.inputs: dict[str, Block] = {}
 
     def prepare(self, wiring: Wiring) -> None:
         """Set the start values and lay out the memory of outputs and connected inputs."""
@@ -84,23 +96,35 @@ class Slave:
         for type_ in _CTYPES:
             of_type = [v for v in variables.values() if v.type == type_]
             if outputs := [v for v in of_type if v.causality == "output"]:
-                self.outputs[type_] = _Block(self.fmu, type_, outputs)
+                self.outputs[type_] = Block(self.fmu, type_, outputs)
             if inputs := [v for v in of_type if v.name in connected]:
-                self.inputs[type_] = _Block(self.fmu, type_, inputs)
+                self.inputs[type_] = Block(self.fmu, type_, inputs)
 
     def read(self) -> None:
-        """Read all outputs."""
-        for block in self.outputs.values():
-            block.read()
+        """Read all outputs; SlaveError if that fails, as the next two."""
+        try:
+            for block in self.outputs.values():
+                block.read()
+        except FMICallException as error:
+            raise self._named(error) from error
 
     def write(self) -> None:
         """Set all connected inputs."""
-        for block in self.inputs.values():
-            block.write()
+        try:
+            for block in self.inputs.values():
+                block.write()
+        except FMICallException as error:
+            raise self._named(error) from error
 
     def step(self, time: float, step: float) -> None:
         """Advance from `time` by `step`, in s."""
-        self.fmu.fmi2DoStep(self.fmu.component, time, step, fmi2True)
+        try:
+            self.fmu.fmi2DoStep(self.fmu.component, time, step, fmi2True)
+        except FMICallException as error:
+            raise self._named(error) from error
+
+    def _named(self, error: FMICallException) -> SlaveError:
+        return SlaveError(self, error.function, error.status)
 
     @property
     def fields(self) -> list[tuple[str, type]]:
