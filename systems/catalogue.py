@@ -4,8 +4,17 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import product
 
+from rov_cosim.errors import UserError
 from rov_cosim.ssp.declaration import System
+from rov_cosim.ssp.wiring import suggestion
 from rov_cosim.systems import fleet, paper_simulation, paper_simulation_pd, station_keeping, station_keeping_pd
+
+
+class UnknownSystemError(UserError, KeyError):
+    """There is no system of a name."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])  # a KeyError shows it in quotes
 
 
 class _Catalogue(Mapping[str, System]):
@@ -15,7 +24,12 @@ class _Catalogue(Mapping[str, System]):
         self._makers = makers
 
     def __getitem__(self, name: str) -> System:
+        if name not in self._makers:
+            raise UnknownSystemError(f"There is no system {name}." + suggestion(name, self._makers))
         return self._makers[name]()
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._makers
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._makers)

@@ -317,7 +317,7 @@ def test_a_map_that_cannot_be_used_is_refused_with_its_reason(fmus, tmp_path, te
 def test_the_commands_write_a_kit_and_check_an_fmu(fmus, tmp_path):
     done = typed.call("handover", "passive_arm", "--this-platform", "--output", tmp_path)
     assert done.exit_code == 0, done.output
-    folder, zipped = map(Path, done.output.split())
+    folder, zipped = map(Path, done.stdout.split())
     assert (folder / "guide.html").is_file()
     assert zipped.is_file()
     done = typed.call("handover", "check", folder / "passive_arm.fmu")

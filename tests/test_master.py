@@ -1,12 +1,17 @@
 """The master: couplings, initial values, partial results; with FMUs that this project did not make."""
 
+import os
+import signal
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from rov_cosim.exporters import archive
 from rov_cosim.master.exchange import gauss_seidel, jacobi
+from rov_cosim.master.interrupts import deferred
 from rov_cosim.master.simulation import SimulationError, simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp import writer as ssp_writer
@@ -136,3 +141,26 @@ def test_a_step_that_fails_without_a_word_is_told_by_element_call_and_time(plain
         simulate(wiring, in_numpy=in_numpy)
     assert str(caught.value) == "a: At 0.99 s: fmi2DoStep failed with status 2 (discard)."
     assert caught.value.results["time"][-1] == pytest.approx(0.99)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_orders_to_end_wait_for_the_step(number):
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with deferred() as received:
+            os.kill(os.getpid(), number)
+            assert received == [number]
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), number)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def test_a_library_that_does_not_load_leaves_the_folder_as_it_was(fmus, tmp_path, monkeypatch):
+    content = archive.read(fmus["pid"])
+    broken = {name: b"no library" if name.startswith("binaries/") else data for name, data in content.items()}
+    archive.write(tmp_path / "broken.fmu", broken)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SimulationError, match="a: the FMU cannot be loaded"):
+        simulate(wire(System("one", "", {"a": "pid"}, (), 0.3), {"pid": tmp_path / "broken.fmu"}))
+    assert Path.cwd() == tmp_path

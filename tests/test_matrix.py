@@ -151,8 +151,9 @@ def test_the_command_writes_tables_and_picture(loops, tmp_path):
     done = call("matrix", *some, "--jobs", 1, "--set", "passive_arm.seed=3", "--output", tmp_path)
     assert done.exit_code == 0, done.output
     assert "adaptive_pd  1 held, 1 offset, 0 oscillates, 0 lost" in done.output
-    assert {path.name for path in tmp_path.iterdir()} == {f"matrix_part.{end}" for end in ("csv", "md", "png", "svg")}
-    assert "passive_arm.seed = 3" in (tmp_path / "matrix_part.md").read_text()
+    stem = f"matrix+{VEHICLE}+adaptive_pd+passive_arm.seed=3+still_water+bias"
+    assert {path.name for path in tmp_path.iterdir()} == {f"{stem}.{end}" for end in ("csv", "md", "png", "svg")}
+    assert "passive_arm.seed = 3" in (tmp_path / f"{stem}.md").read_text()
 
 
 def test_a_cell_can_be_run_and_looked_at_alone(archives, small, tmp_path):
@@ -164,6 +165,18 @@ def test_a_cell_can_be_run_and_looked_at_alone(archives, small, tmp_path):
     assert f"verdict: {found.verdict}" in done.output
     assert len(x) == round(STOP_TIME / 0.03) + 1
     assert abs(x[-2000:].mean()) <= found.mean + 1e-6
+
+
+def test_systems_are_columns_of_their_own_and_gate_the_command(archives, tmp_path):
+    some = ("--system", "station_keeping_pd", "--system", "station_keeping", "--trouble", "still_water")
+    done = call("matrix", *some, "--output", tmp_path)
+    assert done.exit_code == 0, done.output
+    assert "station_keeping_pd, pd, still_water: offset" in done.output
+    assert "station_keeping, adaptive_pd, still_water: held" in done.output
+    assert call("matrix", *some, "--fail-on", "lost", "--output", tmp_path).exit_code == 0
+    failed = call("matrix", *some, "--fail-on", "offset", "--output", tmp_path)
+    assert failed.exit_code == 1
+    assert failed.output.endswith("Error: station_keeping_pd, pd, still_water: offset\n")
 
 
 @pytest.mark.parametrize(
@@ -200,8 +213,8 @@ def is_gone(group):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_order_to_end_keeps_the_scores_so_far_and_leaves_no_process(fmus, tmp_path, number):
+@pytest.mark.parametrize(("number", "after"), [(signal.SIGINT, 15.0), (signal.SIGTERM, 15.0), (signal.SIGINT, 1.2)])
+def test_an_order_to_end_keeps_the_scores_so_far_and_leaves_no_process(fmus, tmp_path, number, after):
     command = [sys.executable, "-m", "rov_cosim.cli.main", "matrix", "--jobs", "2", "--output", str(tmp_path)]
     temporary = tmp_path / "temporary"
     temporary.mkdir()
@@ -213,7 +226,7 @@ def test_an_order_to_end_keeps_the_scores_so_far_and_leaves_no_process(fmus, tmp
         text=True,
         start_new_session=True,
     )
-    time.sleep(15.0)
+    time.sleep(after)
     if number == signal.SIGINT:
         os.killpg(process.pid, number)  # as a terminal does: to the parent and to its processes
     else:
@@ -222,8 +235,10 @@ def test_an_order_to_end_keeps_the_scores_so_far_and_leaves_no_process(fmus, tmp
     assert not list(temporary.iterdir())
     assert is_gone(process.pid)
     assert process.returncode == 1
-    assert "The results so far are in" in told
     assert "Traceback" not in told
-    rows = (Path(tmp_path) / "matrix_part.csv").read_text(encoding="utf-8").splitlines()
+    if after < 5.0:  # no run has come to an end
+        return
+    assert "The results so far are in" in told
+    rows = (Path(tmp_path) / "matrix-until-interrupted.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) > 1
     assert not any("Interrupted" in row for row in rows)

@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib import import_module
 from itertools import product
 from pathlib import Path
 
@@ -38,6 +39,14 @@ def test_mypy_finds_nothing(tmp_path):
 def test_links_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_what_a_page_imports_is_there(page):
+    text = page.read_text(encoding="utf-8")
+    for module, names in re.findall(r"from (rov_cosim[\w.]*) import ([\w, ]+)", text):
+        for name in names.split(","):
+            assert hasattr(import_module(module), name.strip()), f"{module} has no {name}"
 
 
 def test_the_index_leads_to_every_page():

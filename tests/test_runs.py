@@ -1,12 +1,15 @@
 """From a system to files: one way for all that differs, names that keep runs apart, verdicts, archives of what ran."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from fmpy.util import write_csv as fmpy_write_csv
+from pythonfmu.builder import FmuBuilder
 
+from rov_cosim.cli.commands import compare
 from rov_cosim.importers.measuring import measure
 from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.ssp import reader
@@ -74,7 +77,9 @@ def test_a_long_name_is_shortened_and_stays_its_own():
     one, other = (file_name("x" * 300 + end) for end in "ab")
     assert one != other
     assert max(len(one), len(other)) <= 120
-    assert file_name("a/b\\c:d\nä") == "a_b_c_d__"
+    assert file_name("a/b\\c:d\nä").startswith("a_b_c_d__+")
+    assert file_name("ü") != file_name("ö")
+    assert file_name("bluerov2+controller.K_P.x=40") == "bluerov2+controller.K_P.x=40"
 
 
 def test_the_name_can_be_chosen(archives, tmp_path):
@@ -179,15 +184,25 @@ def test_compare_varies_values_troubles_and_systems(archives, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
-        (["station_keeping", "station_keeping"], "station_keeping stands twice"),
+        (["station_keeping", "station_keeping"], "station_keeping is the same run as station_keeping"),
         (["station_keeping"], "One run is nothing to compare"),
-        (["station_keeping", "--vary", "controller.K_P.x=40,40"], "controller.K_P.x has 40 twice"),
+        (
+            ["station_keeping", "--vary", "controller.K_P.x=80,8e1"],
+            "controller.K_P.x=8e1 is the same run as controller.K_P.x=80",
+        ),
+        (
+            ["station_keeping", "--vary", "controller.K_P.x=1,2", "--set", "controller.K_P.x=3"],
+            "controller.K_P.x is set and varied",
+        ),
+        (["bluerov2", "--trouble", "delay_3", "--vary", "trouble=delay_4,bias"], "delay_3 and delay_4 both set"),
+        (["station_keeping", "ARCHIVE"], "is the same run as station_keeping"),
         (["station_keeping", "--vary", "controller.K_P.x=40,b"], "controller.K_P.x: expected a number, got 'b'"),
         (["station_keeping", "--vary", "trouble=dely_5,bias"], "there is no trouble dely_5. Did you mean delay_5"),
         (["station_keeping", "--vary", "controller.K_P.x"], "expected ELEMENT.VARIABLE=VALUE,VALUE,..."),
     ],
 )
 def test_a_comparison_that_says_nothing_is_refused(archives, tmp_path, arguments, reason):
+    arguments = [archives["station_keeping"] if argument == "ARCHIVE" else argument for argument in arguments]
     done = call("compare", *arguments, "--stop-time", "0.3", "--output", tmp_path / "c.png")
     assert done.exit_code != 0
     assert reason in done.output
@@ -216,3 +231,105 @@ def test_bad_input_ends_with_one_line(archives, tmp_path, arguments, reason):
     assert done.exit_code != 0
     assert reason in done.output
     assert isinstance(done.exception, SystemExit)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (
+            ["--trouble", "delay_5", "--trouble", "delay_6"],
+            "The troubles delay_5 and delay_6 both set passive_arm.delay",
+        ),
+        (["--set", "K_P.x=1"], "There is no variable K_P.x. Did you mean controller.K_P.x?"),
+        (
+            ["--set", "controller.K_P=1"],
+            "controller.K_P is a group: set controller.K_P.x ... controller.K_P.psi, one by one.",
+        ),
+        (["--set", "scenario.eta_d.x=1"], "scenario.eta_d.x is of causality output"),
+        (["--set", "rov_plant.current.x=1"], "its value comes from scenario.current.x; set a parameter of scenario."),
+    ],
+)
+def test_what_cannot_be_changed_is_told_with_the_cure(archives, tmp_path, arguments, reason):
+    done = call("run", "bluerov2", *arguments, "--stop-time", "0.3", "--output", tmp_path)
+    assert done.exit_code == 1
+    assert reason in done.output
+
+
+def test_a_trouble_that_takes_the_place_of_a_set_value_is_told(archives, tmp_path):
+    changed = ("--set", "passive_arm.delay=1", "--trouble", "delay_5")
+    output = ok("run", "bluerov2", *changed, "--stop-time", "0.3", "--output", tmp_path)
+    assert "warning: delay_5 makes passive_arm.delay 5; it was set to 1." in output
+
+
+def test_the_files_of_a_run_lie_where_they_should_though_an_fmu_changes_the_folder(archives, tmp_path, monkeypatch):
+    source = Path(__file__).parent / "fmus" / "plain_gain.py"
+    moving = tmp_path / "moving_gain.py"
+    text = source.read_text(encoding="utf-8").replace("class PlainGain", "class MovingGain")
+    lines = "        super().__init__(**kwargs)\n"
+    moving.write_text("import os\n" + text.replace(lines, f"{lines}        os.chdir('/')\n"), encoding="utf-8")
+    fmu = FmuBuilder.build_FMU(moving, tmp_path)
+    write(wire(System("moving", "", {"a": "g"}, (), 0.3), {"g": fmu}), tmp_path / "moving.ssp")
+    monkeypatch.chdir(tmp_path)
+    ok("run", "moving.ssp", "--output", "out")
+    assert [path.suffix for path in (tmp_path / "out").iterdir()] == [".csv"]
+    assert Path.cwd() == tmp_path
+
+
+def test_the_picture_goes_where_it_is_wanted(archives, tmp_path):
+    ok("run", "station_keeping", "--stop-time", "0.3", "--output", tmp_path, "--picture", tmp_path / "p" / "it.svg")
+    assert (tmp_path / "p" / "it.svg").read_text(encoding="utf-8").startswith("<?xml")
+    assert not list(tmp_path.glob("*.png"))
+
+
+def test_an_archive_ends_when_the_run_did_and_tells_what_it_cannot_hold(archives, tmp_path):
+    options = ("--stop-time", "0.6", "--coupling", "gauss-seidel", "--archive", tmp_path / "a.ssp")
+    output = ok("run", "station_keeping", *options, "--output", tmp_path)
+    assert "cannot say that its coupling is gauss-seidel" in output
+    with reader.opened(tmp_path / "a.ssp") as read:
+        assert read.stop_time == 0.6
+
+
+def test_compare_keeps_what_ran_and_ends_as_its_runs_did(archives, tmp_path):
+    vary = ("--vary", "rov_plant.mass=80,-1", "--stop-time", "0.3", "--output", tmp_path / "c.png")
+    done = call("compare", "station_keeping", *vary)
+    assert done.exit_code == 1
+    assert "mass is -1; expected" in done.output
+    assert [line.split()[0] for line in done.output.splitlines()[1:3]] == ["rov_plant.mass=80", "rov_plant.mass=-1"]
+    assert len((tmp_path / "c.csv").read_text(encoding="utf-8").splitlines()) == 3
+    both = ("station_keeping", "station_keeping_pd", "--output", tmp_path / "d.png")
+    assert call("compare", *both, "--fail-on", "lost").exit_code == 0
+    assert call("compare", *both, "--fail-on", "offset").exit_code == 1
+
+
+def test_compare_varies_beside_what_holds_for_all(archives, tmp_path):
+    both = ("--trouble", "bias", "--vary", "trouble=noise_2,delay_3", "--stop-time", "0.3")
+    ok("compare", "bluerov2", *both, "--output", tmp_path / "c.png")
+    with_bias = (tmp_path / "c.csv").read_text(encoding="utf-8")
+    ok("compare", "bluerov2", *both[2:], "--output", tmp_path / "d.png")
+    assert with_bias != (tmp_path / "d.csv").read_text(encoding="utf-8")
+
+
+def test_an_interrupted_comparison_stops_and_shows_what_it_has(archives, tmp_path, monkeypatch):
+    started = []
+
+    def interrupted(wiring, *arguments):
+        started.append(wiring.name)
+        return replace(run(PAPER, stop_time=0.3), failure="Interrupted at 0.3 s.", is_interrupted=True)
+
+    monkeypatch.setattr(compare, "simulated", interrupted)
+    done = call("compare", "station_keeping", "station_keeping_pd", "--output", tmp_path / "c.png")
+    assert (done.exit_code, started) == (1, ["station_keeping"])
+    assert (tmp_path / "c.csv").is_file()
+
+
+def test_a_system_without_arm_or_controller_has_a_verdict_by_its_pose(fmus):
+    alone = wire(System("alone", "", {"rov_plant": "rov_plant"}, (), 3.0), fmus)
+    assert simulated(alone).score.verdict == "held"
+    drifting = wire(System("alone", "", {"rov_plant": "rov_plant"}, (), 60.0, {"rov_plant": {"current.x": 0.2}}), fmus)
+    assert str(simulated(drifting).score).startswith("lost at ")
+
+
+def test_troubles_that_need_a_controller_do_not_apply_without_one(fmus):
+    alone = wire(System("alone", "", {"rov_plant": "rov_plant"}, (), 3.0), fmus)
+    with pytest.raises(DoesNotApplyError, match="There is no controller with parameters K_"):
+        TROUBLES["paper_gains"].applied(alone)

@@ -112,3 +112,28 @@ def test_the_estimate_of_the_others_comes_to_the_disturbance(loops):
         found = score_of(loops[VEHICLE, controller], "still_water")
         assert found.wrong_force < 0.1  # of 2 to 4 N
         assert found.wrong_moment < 0.01
+
+
+@pytest.mark.parametrize("name", ["rov_plant.eta.phi", "rov_plant.eta.x", "controller.u[3]"])
+def test_what_is_not_finite_is_no_hold(still, loop, name):
+    broken = still.copy()
+    broken[name][-1] = np.nan
+    found = score(broken, loop)
+    assert (found.verdict, found.lost_at) == ("lost", still["time"][-1])
+    assert "not finite" in found.reason
+    assert found.settling is None or name != "rov_plant.eta.x"
+
+
+def test_a_measurement_that_is_gone_for_less_than_three_seconds_is_no_loss(still, loop):
+    gone = still.copy()
+    gone["passive_arm.eta_m_valid"][-90:] = False
+    assert score(gone, loop).verdict == "held"
+    gone["passive_arm.eta_m_valid"][-101:] = False
+    assert score(gone, loop).verdict == "lost"
+
+
+def test_the_hold_is_a_share_of_the_run_whatever_its_start(still, loop):
+    late = still.copy()
+    late["time"] += 1000.0
+    moved_early = moved(late, "x", np.where(still["time"] < 60.0, 2 * LOST["x"], 0.0))
+    assert score(moved_early, loop).verdict == "held"

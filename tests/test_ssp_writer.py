@@ -12,6 +12,7 @@ from fmpy.ssp.ssd import read_ssd, read_ssv
 from fmpy.validation import validate_fmu
 from lxml import etree
 
+from rov_cosim.errors import UserError
 from rov_cosim.exporters import archive
 from rov_cosim.ssp import container
 from rov_cosim.ssp import reader as ssp_reader
@@ -118,3 +119,47 @@ def test_a_loop_of_initial_values_is_told(plain_gain):
         element.description.initialUnknowns = [Unknown(variable=element.variables["y"])]
     with pytest.raises(WiringError, match=r"depend on each other in a loop: .*a\.y"):
         container.sources_first(wiring)
+
+
+def described_otherwise(fmu, path, *pairs):
+    """Write a copy of an FMU with parts of its description replaced."""
+    content = archive.read(fmu)
+    description = content["modelDescription.xml"]
+    for old, new in pairs:
+        assert old in description, old
+        description = description.replace(old, new, 1)
+    archive.write(path, {**content, "modelDescription.xml": description})
+    return path
+
+
+def test_what_an_fmu_says_of_itself_does_not_spoil_the_archive(fmus, tmp_path):
+    odd = described_otherwise(
+        fmus["pid"],
+        tmp_path / "odd.fmu",
+        (
+            b"<LogCategories>",
+            b'<TypeDefinitions><SimpleType name="F"><Real unit="N"/></SimpleType></TypeDefinitions><LogCategories>',
+        ),
+        (b'<Real unit="N"', b'<Real declaredType="F" unit="N"'),
+        (b'initial="calculated"', b'initial="exact"'),
+        (
+            b"</ModelVariables>",
+            b'<ScalarVariable name="note" valueReference="9999" causality="parameter" '
+            b'variability="fixed"><String start="x"/></ScalarVariable></ModelVariables>',
+        ),
+    )
+    path = tmp_path / "odd.ssp"
+    write = wire(System("odd", "", {"a": "odd", "b": "odd"}, (("a.e", "b.eta_d"),), 0.3), {"odd": odd})
+    assert ssp_writer.write(write, path)
+    assert validate_fmu(str(path)) == []
+
+
+def test_two_units_of_one_name_are_refused(fmus, tmp_path):
+    other = described_otherwise(
+        fmus["pid"],
+        tmp_path / "kilo.fmu",
+        (b'<BaseUnit kg="1" m="1" s="-2"/>', b'<BaseUnit kg="1" m="1" s="-2" factor="1000"/>'),
+    )
+    both = wire(System("two", "", {"a": "pid", "b": "kilo"}, (), 0.3), {"pid": fmus["pid"], "kilo": other})
+    with pytest.raises(UserError, match="The FMUs of a and b define unit N differently"):
+        ssp_writer.write(both, tmp_path / "two.ssp")

@@ -513,7 +513,8 @@ def test_a_vehicle_of_another_make_gets_the_same_table(fmus, foreign, tmp_path):
     done = call("matrix", *some, *swap, f"--output={tmp_path}")
     assert done.exit_code == 0, done.output
     assert done.output.count("has no place for") == 1  # told once, not for every controller
-    with open(tmp_path / "matrix_part.csv", encoding="utf-8") as file:
+    (table,) = tmp_path.glob("matrix+hoang_kreuzer+*.csv")
+    with open(table, encoding="utf-8") as file:
         rows = {(row["controller"], row["trouble"]): row for row in csv.DictReader(file)}
     # What it does not listen to does not apply: current, the arm's pull, a dead band of our thrusters.
     assert {trouble for _, trouble in rows} == {"still_water", "noise_2", "delay_3"}
@@ -538,3 +539,22 @@ def test_a_map_that_no_line_can_show_is_refused_in_a_line(tmp_path, text, reason
     with pytest.raises(WiringError, match=re.escape(reason)) as caught:
         swap_map.read(tmp_path / "map.toml")
     assert max(len(problem) for problem in caught.value.problems) < 400
+
+
+def test_a_swap_by_a_relative_path_lasts_when_the_folder_changes(fmus, tmp_path, monkeypatch):
+    (tmp_path / "their.fmu").write_bytes(fmus["rov_plant"].read_bytes())
+    monkeypatch.chdir(tmp_path)
+    swapped_ = with_swaps(wire(SYSTEMS["station_keeping"], fmus), {"rov_plant": Path("their.fmu")}, {})
+    monkeypatch.chdir("/")
+    assert len(simulate(swapped_, stop_time=0.3)) == 11
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [(b'fmiVersion="2.0"', b'fmiVersion="1.0"'), (b"CoSimulation", b"ModelExchange")]
+)
+def test_an_fmu_of_another_kind_is_refused(fmus, tmp_path, old, new):
+    content = archive.read(fmus["rov_plant"])
+    content["modelDescription.xml"] = content["modelDescription.xml"].replace(old, new)
+    archive.write(tmp_path / "other.fmu", content)
+    with pytest.raises(WiringError, match="is not a"):
+        with_swaps(wire(SYSTEMS["station_keeping"], fmus), {"rov_plant": tmp_path / "other.fmu"}, {})

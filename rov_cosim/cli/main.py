@@ -1,8 +1,8 @@
 """The command `rov-cosim`."""
 
 import pkgutil
-import signal
 import sys
+from difflib import get_close_matches
 from importlib import import_module
 from io import TextIOWrapper
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from ..errors import UserError
+from ..master.interrupts import terminate_as_interrupted
 from . import commands
 
 
@@ -30,6 +31,17 @@ class _Commands(click.Group):
         command: click.Command = import_module(f"{commands.__name__}.{name}").command
         return command
 
+    def resolve_command(
+        self, context: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that is called; a misspelt one is told what may be meant."""
+        try:
+            return super().resolve_command(context, args)
+        except click.UsageError as error:
+            close = get_close_matches(args[0], self.list_commands(context), n=1)
+            hint = f" Did you mean {close[0]}?" if close else ""
+            raise click.UsageError(f"{error.message}{hint}", context) from None
+
     def invoke(self, context: click.Context) -> Any:
         try:
             return super().invoke(context)
@@ -43,8 +55,7 @@ class _Commands(click.Group):
 @click.version_option(package_name="rov-cosim")
 def main() -> None:
     """Hold an underwater vehicle in place: build, run and compare systems of FMUs."""
-    # What Ctrl-C cleans up and keeps, an order to terminate does.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    terminate_as_interrupted()
     if isinstance(sys.stdout, TextIOWrapper):  # as on stderr: a name may have letters that the encoding lacks
         sys.stdout.reconfigure(errors="backslashreplace")
 

@@ -37,9 +37,12 @@ class SystemType(click.ParamType[System | Path]):
             return SYSTEMS[value]
         if str(value).endswith(".ssp"):
             return Path(value)
-        self.fail(
-            f"there is no system {value}.{suggestion(value, SYSTEMS)} Known: {', '.join(SYSTEMS)}; or name an .ssp."
-        )
+        if Path(value).suffix == ".fmu":
+            self.fail(f"{value} is an FMU: it takes a place in a system by --swap ELEMENT={value}.")
+        if Path(value).suffix == ".py":
+            self.fail(f"{value} is a script: run it by python {value}.")
+        known = suggestion(value, SYSTEMS) or f" Known: {', '.join(SYSTEMS)}; or name an .ssp."
+        self.fail(f"there is no system {value}.{known}")
 
 
 class OneOf(click.ParamType[str]):
@@ -58,7 +61,8 @@ class OneOf(click.ParamType[str]):
         """Return the name."""
         if value in self._known:
             return str(value)
-        self.fail(f"there is no {self.name} {value}.{suggestion(value, self._known)} Known: {', '.join(self._known)}.")
+        known = suggestion(value, self._known) or f" Known: {', '.join(self._known)}."
+        self.fail(f"there is no {self.name} {value}.{known}")
 
 
 def _values(context: click.Context, parameter: click.Parameter, assignments: tuple[str, ...]) -> dict[str, str]:
@@ -139,7 +143,7 @@ trouble = click.option(
     type=OneOf("trouble", TROUBLES),
     multiple=True,
     metavar="NAME",
-    help="What goes wrong, in a system of the fleet; `rov-cosim troubles` lists. Several come together.",
+    help="What goes wrong; `rov-cosim troubles` lists. Several come together, but no two for one thing.",
 )
 
 

@@ -37,8 +37,8 @@ def put(path: Path, content: bytes) -> None:
     ------
     OSError : it cannot be written; the message names `path` and the reason.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         _clear_abandoned(path)
         _replace(path, content)
     except OSError as error:

@@ -15,10 +15,18 @@ EXPORTS = ("native", "pythonfmu")
 
 
 def components() -> dict[str, Component]:
-    """Return every component by name: a folder of `components` that declares a COMPONENT."""
+    """Return every component by name: a folder of `components` that declares a COMPONENT.
+
+    Raises
+    ------
+    BuildError : a component has not the name of its folder.
+    """
     folders = [module.name for module in pkgutil.iter_modules(components_path) if module.ispkg]
-    found = [import_module(f"{components_name}.{folder}").COMPONENT for folder in folders]
-    return {component.name: component for component in found}
+    found = {folder: import_module(f"{components_name}.{folder}").COMPONENT for folder in folders}
+    for folder, component in found.items():
+        if component.name != folder:
+            raise BuildError(f"components/{folder} declares the component {component.name}: name it as its folder.")
+    return found
 
 
 def build_fmus(

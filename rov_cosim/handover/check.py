@@ -1,6 +1,7 @@
 """Does an FMU behave as the reference? Replays reference runs and says, signal by signal, where it first departs."""
 
 from collections.abc import Callable, Mapping
+from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -59,7 +60,8 @@ def replay(element: Element, folder: Path, reference: Reference, places: Mapping
     RunError : it has not a parameter of the run, or fails; the message has what it logged.
     """
     try:
-        slave = Slave(element, folder, lambda message: None)
+        with chdir("."):  # FMPy stays in the folder of a library that does not load
+            slave = Slave(element, folder, lambda message: None)
     except Exception as error:  # FMPy raises plain exceptions when a library does not load
         raise CheckError(f"The FMU cannot be loaded: {' '.join(str(error).split())}") from error
     try:

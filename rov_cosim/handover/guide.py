@@ -1,5 +1,6 @@
 """The guide of a kit: what lies in it, how to wire and run it, what every port means, how to prove an import."""
 
+from collections.abc import Iterable
 from importlib.resources import files
 
 from ..components.cases import Case
@@ -14,14 +15,23 @@ _SAMPLED = "samples are taken at multiples of `sample_time`"
 _CONTINUOUS = "the vehicle is integrated in internal steps of at most `max_step`"
 
 
-def guide(component: Component, cases: tuple[Case, ...]) -> str:
-    """Return the guide of a component in Markdown."""
+_PLATFORMS = {
+    "linux64": ("Linux (glibc 2.17 or newer)", "Linux"),
+    "win64": ("Windows 10", "on Windows `binaries/win64/{name}.dll` and no `-ldl -lm`"),
+    "darwin64": ("macOS 11", "on macOS `binaries/darwin64/{name}.dylib`"),
+}
+"""What each platform is called, and what differs there for a host in C."""
+
+
+def guide(component: Component, cases: tuple[Case, ...], platforms: Iterable[str]) -> str:
+    """Return the guide of a component in Markdown, with an FMU for some of `zig.TARGETS`."""
+    called, in_c = zip(*(_PLATFORMS[platform] for platform in _PLATFORMS if platform in set(platforms)), strict=True)
     description = native_export.description(component)
     tunable = [f"`{names(signal)}`" for signal in component.parameters if signal.tunable]
     required = [signal for signal in component.inputs if signal.type == "Boolean" and signal.key.endswith("valid")]
     essential = "".join(f"`{signal.key}` must be true for a measurement to be used. " for signal in required)
     page = readme(component).split("\n", 1)[1].strip()
-    template = (files(__package__) / "guide.md.in").read_text()
+    template = (files(__package__) / "guide.md.in").read_text(encoding="utf-8")
     ports = [signal for signal in component.inputs + component.outputs if signal.axes]
     angle = next(name for signal in reversed(ports) for name in signal.names if name.endswith(".psi"))
     scalar, group = [signal for signal in ports if angle not in signal.names][:2]
@@ -30,6 +40,8 @@ def guide(component: Component, cases: tuple[Case, ...]) -> str:
         name=component.name,
         description=component.description,
         version=description.version,
+        platforms=" and ".join(filter(None, [", ".join(called[:-1]), called[-1]])),
+        in_c=", ".join(in_c).format(name=component.name),
         guid=native_export.description(component).guid,
         first=cases[0].name,
         stop_time=cases[0].times()[-1],

@@ -1,7 +1,7 @@
 """The kit of a component: a folder, and a zip of it, with all that another team needs."""
 
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from importlib.metadata import distribution, version
 from importlib.resources import files
@@ -24,7 +24,7 @@ Progress = Callable[[Iterable[str], str], Iterable[str]]
 
 
 def write(
-    component: Component, folder: Path, platforms: Iterable[str] = zig.TARGETS, progress: Progress | None = None
+    component: Component, folder: Path, platforms: Collection[str] = zig.TARGETS, progress: Progress | None = None
 ) -> tuple[Path, Path]:
     """Write the kit of a component below a folder; return the kit's folder and its zip.
 
@@ -45,7 +45,7 @@ def write(
     return kit, zipped
 
 
-def entries(component: Component, platforms: Iterable[str], progress: Progress) -> dict[str, bytes]:
+def entries(component: Component, platforms: Collection[str], progress: Progress) -> dict[str, bytes]:
     """Return the content of the kit, name to bytes."""
     cases = cases_of(component)
     with tempfile.TemporaryDirectory() as temporary:
@@ -58,7 +58,7 @@ def entries(component: Component, platforms: Iterable[str], progress: Progress) 
             folder = Path(temporary) / case.name
             reference.write(reference.run(component, case), folder)
             content |= {f"reference/{case.name}/{file.name}": file.read_bytes() for file in folder.iterdir()}
-    text = guide(component, cases)
+    text = guide(component, cases, platforms)
     content["guide.md"] = text.encode()
     content["guide.html"] = documentation.html(component.title, text).encode()
     content["wiring.svg"] = wiring_diagram(component).encode()

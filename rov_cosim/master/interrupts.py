@@ -8,6 +8,12 @@ from threading import current_thread, main_thread
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
+def terminate_as_interrupted() -> None:
+    """Let an order to terminate be answered as Ctrl-C is, so that what was begun is kept and cleared up."""
+    if current_thread() is main_thread() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+
 @contextmanager
 def deferred() -> Iterator[list[int]]:
     """Yield a list that these signals fill: raised within a step, they would break an FMU that runs Python.

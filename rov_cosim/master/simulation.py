@@ -1,7 +1,7 @@
 """The co-simulation master: from a wiring to a table of all outputs."""
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, chdir, contextmanager
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -11,6 +11,7 @@ from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 
 from ..errors import UserError
+from ..ssp.checks import problems_of
 from ..ssp.wiring import Wiring, WiringError
 from .exchange import Coupling, Exchange, in_python, jacobi
 from .in_c import in_c
@@ -27,9 +28,9 @@ _BATCH = 0.02
 class SimulationError(UserError):
     """An FMU failed, or the user stopped the run; `results` holds what was computed until then."""
 
-    def __init__(self, message: str, results: NDArray[Any]) -> None:
+    def __init__(self, message: str, results: NDArray[Any], is_interrupted: bool = False) -> None:
         super().__init__(message)
-        self.results = results
+        self.results, self.is_interrupted = results, is_interrupted
 
 
 def simulate(
@@ -63,7 +64,7 @@ def simulate(
     WiringError : the system cannot run, or not to this stop time.
     """
     wiring = wiring if stop_time is None else replace(wiring, stop_time=stop_time)
-    if problems := wiring.problems():
+    if problems := problems_of(wiring):
         raise WiringError(wiring.name, problems)
     n_steps = int(np.floor((wiring.stop_time - wiring.start_time) / wiring.step_size * (1 + 1e-9)))
     end = wiring.start_time + n_steps * wiring.step_size
@@ -100,7 +101,7 @@ def simulate(
             raise SimulationError(_explain(slaves, error, wiring), _table(rows[:done], fields, wiring)) from error
         except KeyboardInterrupt:
             time = wiring.start_time + max(0, done - 1) * wiring.step_size
-            raise SimulationError(f"Interrupted at {time:.6g} s.", _table(rows[:done], fields, wiring)) from None
+            raise SimulationError(f"Interrupted at {time:.6g} s.", _table(rows[:done], fields, wiring), True) from None
     return _table(rows, fields, wiring)
 
 
@@ -121,7 +122,8 @@ def initialize(exchange: Exchange, start_time: float) -> None:
 def instantiated(wiring: Wiring, warn: Callable[[str], None], folders: Folders | None = None) -> Iterator[list[Slave]]:
     """Yield the slaves of a system, instantiated, and free them afterwards; `folders` as in `simulate`."""
     slaves: list[Slave] = []
-    with ExitStack() as stack:
+    # An FMU may change the folder that one is in, and FMPy stays in that of a library that does not load.
+    with chdir("."), ExitStack() as stack:
         folders = stack.enter_context(unpacked(wiring)) if folders is None else folders
         for element in wiring.elements:
             try:

@@ -1,7 +1,6 @@
 """One FMU of a system: FMPy's FMU2Slave, its values in preallocated arrays, its log."""
 
 from collections.abc import Callable
-from contextlib import chdir
 from ctypes import POINTER, c_double, c_int, c_uint32, cast
 from pathlib import Path
 from typing import Any
@@ -63,13 +62,12 @@ class Slave:
         self.element = element
         self.errors: list[str] = []
         description = element.description
-        with chdir("."):  # FMPy stays in the folder of a library that does not load
-            self.fmu = FMU2Slave(
-                instanceName=element.name,
-                guid=description.guid,
-                modelIdentifier=description.coSimulation.modelIdentifier,
-                unzipDirectory=str(folder),
-            )
+        self.fmu = FMU2Slave(
+            instanceName=element.name,
+            guid=description.guid,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            unzipDirectory=str(folder),
+        )
 
         def log(_: object, name: bytes, status: int, category: bytes, message: bytes) -> None:
             text = message.decode(errors="replace")

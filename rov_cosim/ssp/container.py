@@ -22,7 +22,8 @@ from fmpy.model_description import (
 
 from ..exporters import archive
 from ..exporters.model_description import literal, to_xml
-from .values import Value
+from .units import defined_units
+from .values import TYPES, Value
 from .wiring import End, Link, Wiring, WiringError
 
 CONFIGURATION_VERSION = "0.1.0"
@@ -55,15 +56,17 @@ def entries(wiring: Wiring) -> dict[str, bytes]:
 def _exposed(wiring: Wiring) -> dict[End, tuple[ModelVariable, Value | None]]:
     """Return the variables that the container shows, each with its start value: all but the connected inputs."""
     connected = {link.target for link in wiring.links}
-    return {
-        End(element.name, variable.name): (
-            variable,
-            None if variable.causality == "output" else element.value(variable.name),
-        )
-        for element in wiring.elements
-        for variable in element.description.modelVariables
-        if variable.causality in ("output", "parameter", "input") and End(element.name, variable.name) not in connected
-    }
+    shown: dict[End, tuple[ModelVariable, Value | None]] = {}
+    for element in wiring.elements:
+        for variable in element.description.modelVariables:
+            end = End(element.name, variable.name)
+            if variable.type not in TYPES or end in connected:
+                continue
+            if variable.causality == "output":
+                shown[end] = (variable, None)
+            elif variable.causality in ("parameter", "input") and element.has_value(variable.name):
+                shown[end] = (variable, element.value(variable.name))
+    return shown
 
 
 def _description(wiring: Wiring, exposed: dict[End, tuple[ModelVariable, Value | None]]) -> ModelDescription:
@@ -73,12 +76,13 @@ def _description(wiring: Wiring, exposed: dict[End, tuple[ModelVariable, Value |
         variable.name, variable.valueReference = str(end), reference
         variable.canHandleMultipleSetPerTimeInstant = False
         variable.start = None if start is None else literal(start, declared.type)
-        if variable.causality == "input":
-            variable.initial = None  # FMPy's reader fills in a default that the standard lets no input have
+        # What the standard takes where nothing is said: an FMU's own word may not fit, or names what is not here.
+        variable.initial = variable.declaredType = variable.derivative = None
+        variable.reinit = False
         variables.append(variable)
     outputs = [variable for variable in variables if variable.causality == "output"]
     first = wiring.elements[0].description
-    units = {unit.name: unit for element in wiring.elements for unit in element.description.unitDefinitions}
+    units = defined_units({e.name: e.description for e in wiring.elements})
     description = ModelDescription(
         fmiVersion="2.0",
         modelName=wiring.name,

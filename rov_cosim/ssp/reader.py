@@ -10,6 +10,7 @@ from zipfile import BadZipFile, ZipFile
 from lxml import etree
 
 from ..components.interface import SAMPLE_TIME
+from .checks import problems_of
 from .fmu_file import FmuError, described
 from .parameter_set import SCHEMA, Bound, checked_values, parameters, units_in
 from .strict_xml import NAMESPACES, STANDARD, parse_strictly
@@ -34,7 +35,7 @@ def opened(path: Path) -> Iterator[Wiring]:
         except FileNotFoundError:
             problem = "There is no such archive; `rov-cosim build` makes those of this project."
             raise WiringError(str(path), [problem]) from None
-        except (BadZipFile, OSError) as error:
+        except (BadZipFile, OSError, RuntimeError) as error:  # the last where it is encrypted
             problem = f"This is not a readable SSP archive ({error}); build or copy it again."
             raise WiringError(str(path), [problem]) from None
         yield _Reader(Path(folder), str(path)).read()
@@ -67,7 +68,7 @@ class _Reader:
             step_size=self._step_size(document),
             description=document.get("description", ""),
         )
-        self.problems += wiring.problems()
+        self.problems += problems_of(wiring)
         if self.problems:
             raise WiringError(self.where, self.problems)
         return wiring

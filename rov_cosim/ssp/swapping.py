@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from .checks import problems_of
 from .fmu_file import FmuError, described
 from .places import Places
 from .swap_map import SwapMap, folded, stem
@@ -66,7 +67,7 @@ def swapped(wiring: Wiring, their: Element, map_: SwapMap | None = None, warn: W
         raise WiringError(wiring.name, [problem])
     swap = _Swap(wiring, their, map_)
     result = swap.result()
-    if problems := [*swap.problems, *result.problems()]:
+    if problems := [*swap.problems, *problems_of(result)]:
         raise WiringError(wiring.name, problems)
     for note in swap.notes:
         warn(f"{their.name}: {note}")

@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 from math import isclose, pi
 
-from fmpy.model_description import BaseUnit, ModelDescription
+from fmpy.model_description import BaseUnit, ModelDescription, Unit
 
+from ..errors import UserError
 from ..exporters.model_description import UNITS
 
 Base = tuple[float, ...]
@@ -33,6 +34,23 @@ KNOWN: dict[str, Base] = {
 def units_of(description: ModelDescription) -> dict[str, Base]:
     """Return what the units that an FMU defines mean, by name."""
     return {unit.name: base_of(unit.baseUnit) for unit in description.unitDefinitions if unit.baseUnit is not None}
+
+
+def defined_units(descriptions: Mapping[str, ModelDescription]) -> dict[str, Unit]:
+    """Return the units that the FMUs of some elements define, by name.
+
+    Raises
+    ------
+    UserError : two of them mean different things by one name, which an archive cannot say.
+    """
+    found: dict[str, tuple[str, Unit]] = {}
+    for element, description in descriptions.items():
+        for unit in description.unitDefinitions:
+            other, known = found.setdefault(unit.name, (element, unit))
+            both = known.baseUnit is not None and unit.baseUnit is not None
+            if both and base_of(known.baseUnit) != base_of(unit.baseUnit):
+                raise UserError(f"The FMUs of {other} and {element} define unit {unit.name} differently: rename one.")
+    return {name: unit for name, (_, unit) in found.items()}
 
 
 def conversion(a: str | None, units_a: Mapping[str, Base], b: str | None, units_b: Mapping[str, Base]) -> float | None:

@@ -1,20 +1,16 @@
 """A flat system of FMUs: elements, links between their variables, start values, and what is wrong with them."""
 
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 from fmpy.model_description import ModelDescription, ModelVariable
 
 from ..errors import UserError
 from .units import conversion, units_of
-from .values import TYPES, Value, parse
-
-MOST_STEPS = 10_000_000
+from .values import Value, parse
 
 
 class WiringError(UserError):
@@ -65,6 +61,15 @@ class Element:
         """Variables by name."""
         return {variable.name: variable for variable in self.description.modelVariables}
 
+    def runs_as(self, other: "Element") -> bool:
+        """Tell whether this is another element by another path: name, content of the FMU, and all values."""
+        if self.name != other.name or self.fmu.read_bytes() != other.fmu.read_bytes():
+            return False
+        named = {*self.start_values, *other.start_values}
+        return all(one.has_value(name) for one in (self, other) for name in named) and all(
+            self.value(name) == other.value(name) for name in named
+        )
+
     def group(self, name: str) -> dict[str, str]:
         """Return the variables ``name``, ``name.*`` and ``name[*]``, by what follows the name."""
         return {
@@ -72,6 +77,10 @@ class Element:
             for variable in self.variables
             if variable == name or variable.startswith((f"{name}.", f"{name}["))
         }
+
+    def has_value(self, variable: str) -> bool:
+        """Tell whether an input or parameter has a start value."""
+        return variable in self.start_values or self.variables[variable].start is not None
 
     def value(self, variable: str) -> Value:
         """Return the start value of an input or parameter."""
@@ -93,6 +102,16 @@ class Wiring:
     start_time: float = 0.0
     description: str = ""
 
+    @property
+    def outputs(self) -> set[str]:
+        """All outputs, as ``element.variable``."""
+        return {f"{e.name}.{v.name}" for e in self.elements for v in e.variables.values() if v.causality == "output"}
+
+    def runs_as(self, other: "Wiring") -> bool:
+        """Tell whether a run of this system is one of another: the same FMUs, links, values and times."""
+        mine, its = ((w.links, w.start_time, w.stop_time, w.step_size, len(w.elements)) for w in (self, other))
+        return mine == its and all(map(Element.runs_as, self.elements, other.elements))
+
     def value(self, end: str) -> Value | None:
         """Return the start value of ``element.variable``, or None if the system has no such variable."""
         name, _, variable = end.partition(".")
@@ -111,20 +130,19 @@ class Wiring:
         WiringError : an unknown variable, one that cannot be set, or a literal that is not of its type.
         """
         problems, elements = [], {element.name: element for element in self.elements}
-        known = [f"{e.name}.{v}" for e in self.elements for v in e.variables]
         for end, value in values.items():
             name, _, variable = end.partition(".")
             element = elements.get(name)
             if element is None or variable not in element.variables:
-                by_fmu = called_by_fmu(name, self.elements, f".{variable}") if element is None else ""
-                problems.append(by_fmu or f"There is no variable {end}." + suggestion(end, known))
+                problems.append(self._unknown(end))
                 continue
             declared = element.variables[variable]
             if declared.causality not in ("input", "parameter"):
                 problems.append(f"{end} is of causality {declared.causality}: only inputs and parameters can be set.")
                 continue
             if link := self.link_to(end):
-                problems.append(f"{end} is connected: its value comes from {link.source}.")
+                source = link.source.element
+                problems.append(f"{end} is connected: its value comes from {link.source}; set a parameter of {source}.")
                 continue
             try:
                 parsed = parse(str(value), declared.type)
@@ -136,61 +154,17 @@ class Wiring:
             raise WiringError(self.name, problems)
         return replace(self, elements=tuple(elements.values()))
 
-    def problems(self) -> list[str]:
-        """Return a sentence for everything that keeps the system from running."""
-        return [*self._element_problems(), *self._link_problems(), *self._experiment_problems()]
-
-    def _element_problems(self) -> Iterable[str]:
-        for name, times in Counter(element.name for element in self.elements).items():
-            if times > 1:
-                yield f"There are {times} elements of the name {name}: give each a name of its own."
-            if "." in name or "/" in name or "\\" in name:
-                yield f"The element name {name} holds a dot or a slash: rename it."
-        for element in self.elements:
-            for variable in element.start_values:
-                if variable not in element.variables:
-                    hint = suggestion(variable, element.variables, f"{element.name}.")
-                    yield f"There is no parameter {element.name}.{variable}." + hint
-                elif element.variables[variable].causality not in ("input", "parameter"):
-                    yield f"{element.name}.{variable} cannot be set: it is neither a parameter nor an input."
-
-    def _link_problems(self) -> Iterable[str]:
-        known = {element.name: element for element in self.elements}
-        driven: dict[End, End] = {}
-        for source, target, factor in self.links:
-            ends = []
-            where = f"Connection {source} -> {target}"
-            for end, causality in ((source, "output"), (target, "input")):
-                element = known.get(end.element)
-                variable = element.variables.get(end.variable) if element else None
-                if element is None:
-                    yield f"{where}: there is no element {end.element}." + suggestion(end.element, known)
-                elif variable is None:
-                    hint = suggestion(end.variable, element.variables)
-                    yield f"{where}: the FMU of {element.name} has no variable {end.variable}." + hint
-                elif variable.causality != causality:
-                    yield f"{where}: {end} is of causality {variable.causality}, not {causality}."
-                else:
-                    ends.append((element, variable))
-            if len(ends) == 2:
-                yield from _mismatches(where, *ends[0], *ends[1])
-                if factor != 1 and (ends[0][1].type != "Real" or not np.isfinite(factor)):
-                    yield f"{where}: the factor {factor:g} is not for a {ends[0][1].type}, or not finite."
-            if target in driven:
-                yield f"Input {target} has two sources, {driven[target]} and {source}: remove one connection."
-            driven[target] = source
-
-    def _experiment_problems(self) -> Iterable[str]:
-        start, stop, step = self.start_time, self.stop_time, self.step_size
-        if not start < stop < np.inf or start == -np.inf:
-            yield f"The run is from {start} s to {stop} s; expected finite times, the stop after the start."
-        elif not 0 < step < np.inf:
-            yield f"The step size is {step} s; expected a positive number of seconds."
-        elif (stop - start) / step * (1 + 1e-9) < 1:
-            yield f"The run from {start} s to {stop} s is shorter than a step of {step} s."
-        elif (stop - start) / step > MOST_STEPS:
-            n = (stop - start) / step
-            yield f"The run has {n:.3g} steps; expected at most {MOST_STEPS:.3g}: take longer steps."
+    def _unknown(self, end: str) -> str:
+        """Return a sentence on a variable that there is not, with what may be meant."""
+        name, _, variable = end.partition(".")
+        element = next((element for element in self.elements if element.name == name), None)
+        if element and (group := list(element.group(variable).values())):
+            return f"{end} is a group: set {name}.{group[0]} ... {name}.{group[-1]}, one by one."
+        known = [f"{e.name}.{v}" for e in self.elements for v in e.variables]
+        whole = [f"{e.name}.{end}" for e in self.elements if end in e.variables]
+        hint = f" Did you mean {' or '.join(whole)}?" if whole else suggestion(end, known)
+        by_fmu = "" if element else called_by_fmu(name, self.elements, f".{variable}")
+        return by_fmu or f"There is no variable {end}.{hint}"
 
 
 def suggestion(name: str, known: Iterable[str], prefix: str = "") -> str:
@@ -225,12 +199,3 @@ def unit_factor(link: Link, elements: Mapping[str, Element]) -> float | None:
         return None
     (from_, source), (to, target) = ends
     return conversion(source.unit, units_of(from_.description), target.unit, units_of(to.description))
-
-
-def _mismatches(where: str, from_: Element, source: ModelVariable, to: Element, target: ModelVariable) -> Iterable[str]:
-    if source.type != target.type:
-        yield f"{where}: type {source.type} does not match {target.type}."
-    elif source.type not in TYPES:
-        yield f"{where}: type {source.type} is not supported; {', '.join(TYPES)} are."
-    if conversion(source.unit, units_of(from_.description), target.unit, units_of(to.description)) is None:
-        yield f"{where}: unit {source.unit} does not match {target.unit}: no factor converts one to the other."

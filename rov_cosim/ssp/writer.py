@@ -13,8 +13,9 @@ from lxml import etree
 from ..exporters import archive
 from ..exporters.model_description import literal
 from . import container
+from .checks import problems_of
 from .strict_xml import NAMESPACES
-from .units import BASE_UNITS
+from .units import BASE_UNITS, defined_units
 from .wiring import Element, Wiring, WiringError, unit_factor
 
 PARAMETER_SET = "nominal"
@@ -30,7 +31,7 @@ def write(wiring: Wiring, path: Path, plain: bool = False, warn: Callable[[str],
     ------
     WiringError : it would be an archive that cannot run.
     """
-    if problems := wiring.problems():
+    if problems := problems_of(wiring):
         raise WiringError(wiring.name, problems)
     entries = {"SystemStructure.ssd": system_structure(wiring)}
     for element in wiring.elements:
@@ -76,7 +77,7 @@ def system_structure(wiring: Wiring) -> bytes:
     oms = _annotation(system, "org.openmodelica")
     information = _child(_child(oms, "oms:Annotations"), "oms:SimulationInformation")
     _child(information, "oms:FixedStepMaster", description="oms-ma", stepSize=step)
-    units = {u.name: u for element in wiring.elements for u in element.description.unitDefinitions}
+    units = defined_units({e.name: e.description for e in wiring.elements})
     _units(root, [unit for name, unit in units.items() if name in _used_units(wiring)])
     experiment = _child(
         root, "ssd:DefaultExperiment", startTime=repr(wiring.start_time), stopTime=repr(wiring.stop_time)

@@ -38,9 +38,9 @@ class Force:
     true: float
 
 
-def assessable(results: NDArray[Any], wiring: Wiring) -> bool:
-    """Tell whether results hold the pose of a vehicle: what an arm's inputs ``eta`` receive, else ``rov_plant.eta``."""
-    return _arm(wiring) is not None or {f"rov_plant.eta.{axis}" for axis in POSE} <= set(results.dtype.names or ())
+def assessable(wiring: Wiring) -> bool:
+    """Tell whether a system has the pose of a vehicle: what an arm's inputs ``eta`` receive, else ``rov_plant.eta``."""
+    return _arm(wiring) is not None or {f"rov_plant.eta.{axis}" for axis in POSE} <= wiring.outputs
 
 
 def pose(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
@@ -55,8 +55,14 @@ def pose(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
 
 
 def measured(results: NDArray[Any], wiring: Wiring) -> NDArray[np.bool_]:
-    """Tell at which times, shape (rows,), the controller has a valid measurement, by its input ``eta_m_valid``."""
-    return np.broadcast_to(_input(results, wiring, f"{controller_of(wiring)}.eta_m_valid"), len(results)) > 0
+    """Tell at which times, shape (rows,), the controller has a valid measurement, by its input ``eta_m_valid``.
+
+    A system without such an input does not tell: it counts as measured.
+    """
+    end = f"{controller_of(wiring)}.eta_m_valid"
+    if wiring.link_to(end) is None and wiring.value(end) is None:
+        return np.ones(len(results), dtype=bool)
+    return np.broadcast_to(_input(results, wiring, end), len(results)) > 0
 
 
 def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
@@ -87,7 +93,7 @@ def axes(results: NDArray[Any], wiring: Wiring) -> list[Axis]:
     for name in AXES:
         e = error[:, POSE.index(name)]
         h = held[:, POSE.index(name)]
-        outside = np.flatnonzero(np.abs(e) > SETTLED[name])
+        outside = np.flatnonzero(~(np.abs(e) <= SETTLED[name]))
         settled = 0 if outside.size == 0 else outside[-1] + 1
         assessed.append(
             Axis(
@@ -129,6 +135,11 @@ def report(results: NDArray[Any], wiring: Wiring) -> str:
         cells = [f"{v * scale:.2f} {unit}" for v in (axis.final, axis.mean, axis.worst)]
         lines.append(f"{axis.name:6} {settling:>12} {cells[0]:>11} {cells[1]:>13} {cells[2]:>14}")
     limits = f"{SETTLED['x'] * 1e3:g} mm, or {np.degrees(SETTLED['psi']):g} deg"
+    tilt = np.abs(pose(results, wiring)[3:5]).max(axis=0)
+    if tilt.any():
+        held = tilt[in_hold(results)]
+        cells = [f"{np.degrees(angle):.2f} deg" for angle in (tilt[-1], held.mean(), held.max())]
+        lines.append(f"{'tilt':6} {'':>12} {cells[0]:>11} {cells[1]:>13} {cells[2]:>14}")
     duration = results["time"][-1] - hold_begin(results)
     lines.append(f"settles: after this time the error stays within {limits}. hold: the last {duration:.3g} s.")
     if _element_with(wiring, "eta_d") is None:

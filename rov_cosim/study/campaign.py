@@ -1,5 +1,6 @@
 """A campaign: every vehicle, with every controller, in every trouble, run in parallel processes and scored."""
 
+import os
 import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -8,11 +9,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, get_context, parent_process
+from multiprocessing.connection import wait
+from threading import Thread
 from typing import Any, NamedTuple
 
 from ..errors import UserError
-from ..master.simulation import SimulationError, simulate
 from ..master.unpacked import Folders, unpacked
 from ..ssp.declaration import System, wire
 from ..ssp.wiring import Wiring, WiringError
@@ -20,7 +22,8 @@ from ..systems.fleet import holding
 from ..systems.loop import controller_in
 from .changes import Changes
 from .nominal import DoesNotApplyError
-from .scores import Score, score
+from .runs import simulated
+from .scores import Score
 from .troubles import TROUBLES
 
 
@@ -102,7 +105,7 @@ def run_all(
         ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_begin, initargs=(loops, folders)) as pool,
     ):
         try:
-            with _interrupts_ignored():  # by the processes for good: Ctrl-C is this one's to answer
+            with _interrupts_blocked():
                 futures = {pool.submit(_run, cell): cell for cell in cells}
             for future in progress(as_completed(futures), len(cells)):
                 done[futures[future]] = future.result()
@@ -127,13 +130,10 @@ def score_of(wiring: Wiring, trouble: str, folders: Folders | None = None) -> Sc
     """
     troubled = TROUBLES[trouble].applied(wiring)
     try:
-        return score(simulate(troubled, folders=folders), troubled)
-    except SimulationError as error:
-        if len(error.results):
-            return score(error.results, troubled, str(error))
-        return Score("lost", reason=str(error))
+        done = simulated(troubled, progress=lambda steps: steps, folders=folders)
     except WiringError as error:
         return Score("lost", reason=str(error))
+    return done.score or Score("lost", reason="There is no vehicle with a pose eta in it.")
 
 
 def _cells(loops: Loops, troubles: Sequence[str]) -> list[Cell]:
@@ -149,12 +149,16 @@ def _why_not(loops: Loops, cell: Cell) -> str:
 
 
 @contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _interrupts_blocked() -> Iterator[None]:
+    """Hold Ctrl-C back; processes that begin meanwhile are never told of it, for it is this one's to answer."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 _work: tuple[Loops, Folders] = {}, {}
@@ -164,6 +168,9 @@ _work: tuple[Loops, Folders] = {}, {}
 def _begin(loops: Loops, folders: Folders) -> None:
     global _work
     _work = loops, folders
+    parent = parent_process()
+    if parent:  # a process whose parent was killed would wait for ever
+        Thread(target=lambda: (wait([parent.sentinel]), os._exit(1)), daemon=True).start()
 
 
 def _run(cell: Cell) -> Score:

@@ -59,7 +59,7 @@ def draw_heat_map(campaign: Campaign, path: Path, note: str = "") -> None:
     pairs = [(vehicle, controller) for vehicle, controllers in columns.items() for controller in controllers]
     found = [[campaign.scores.get(Cell(*pair, trouble)) for pair in pairs] for trouble in troubles]
     verdicts = np.array([[-1 if s is None else VERDICTS.index(s.verdict) for s in row] for row in found])
-    figure = Figure(figsize=(2.6 + 0.75 * len(pairs), 2.0 + 0.27 * len(troubles)), layout="constrained")
+    figure = Figure(figsize=(max(2.6 + 0.75 * len(pairs), 7.5), 2.4 + 0.27 * len(troubles)), layout="constrained")
     panel = figure.subplots()
     colours = ListedColormap([_NOT_RUN, *COLOURS])
     panel.pcolormesh(verdicts, cmap=colours, vmin=-1, vmax=len(VERDICTS) - 1, edgecolors="white", linewidth=0.8)

@@ -8,8 +8,18 @@ from pathlib import Path
 from ..ssp.swap_map import SwapMap
 from ..ssp.swapping import with_swaps
 from ..ssp.values import Value
-from ..ssp.wiring import Wiring
+from ..ssp.wiring import Wiring, WiringError, suggestion
+from .nominal import Nominal
 from .troubles import TROUBLES
+
+
+def plain(value: Value | str) -> str:
+    """Return a value as a name has it, the same for all literals of a number."""
+    text = str(value).strip().lower()
+    try:
+        return repr(float(text)).removesuffix(".0")
+    except ValueError:
+        return text
 
 
 @dataclass(frozen=True)
@@ -36,15 +46,26 @@ class Changes:
         ------
         WiringError : a swap, the map or a value is wrong, or a trouble does not apply to the system.
         """
+        if unknown := [name for name in self.troubles if name not in TROUBLES]:
+            problems = [f"There is no trouble {name}.{suggestion(name, TROUBLES)}" for name in unknown]
+            raise WiringError(wiring.name, problems)
         changed = with_swaps(wiring, self.swaps, self.maps, warn).with_values(self.values)
+        by = dict.fromkeys(self.values, "")
         for name in self.troubles:
-            changed = TROUBLES[name].applied(changed)
+            before, changed = changed, TROUBLES[name].applied(changed)
+            for end in TROUBLES[name].values(Nominal(before)):
+                if by.get(end):
+                    problem = f"The troubles {by[end]} and {name} both set {end}: take one of them."
+                    raise WiringError(wiring.name, [problem])
+                if end in by and changed.value(end) != before.value(end):
+                    warn(f"{name} makes {end} {changed.value(end)}; it was set to {before.value(end)}.")
+                by[end] = name
         return replace(changed, name="+".join([wiring.name, *self.words()]))
 
     def words(self) -> list[str]:
         """Return a word for each change, the same for the same change alone."""
         swaps = [f"{name}={fmu.stem}-{self._digest(name)}" for name, fmu in self.swaps.items()]
-        return [*swaps, *(f"{end}={value}" for end, value in self.values.items()), *self.troubles]
+        return [*swaps, *(f"{end}={plain(value)}" for end, value in sorted(self.values.items())), *self.troubles]
 
     def _digest(self, element: str) -> str:
         """Return what tells FMUs of one file name, and their maps, apart."""

@@ -48,11 +48,17 @@ class Nominal:
 
     def declared(self, element: str, *prefixes: str) -> dict[str, Value]:
         """Return what an element's FMU declares as start of the parameters whose names begin so."""
-        return {
+        found = {
             f"{element}.{variable.name}": parse(str(variable.start), variable.type)
-            for variable in next(e for e in self._wiring.elements if e.name == element).description.modelVariables
-            if variable.causality == "parameter" and variable.name.startswith(prefixes)
+            for e in self._wiring.elements
+            for variable in e.description.modelVariables
+            if e.name == element and variable.causality == "parameter" and variable.start is not None
+            if variable.name.startswith(prefixes)
         }
+        if not found:
+            problem = f"There is no {element} with parameters {' or '.join(f'{p}*' for p in prefixes)}."
+            raise DoesNotApplyError(self._wiring.name, [problem])
+        return found
 
     def force(self, *offset: float) -> NDArray[np.float64]:
         """Return the force in N, shape (3,), against which a PD controller has this offset in m."""

@@ -14,19 +14,23 @@ from tqdm import tqdm
 
 from ..exporters.build import project_root
 from ..master.exchange import COUPLINGS
-from ..master.simulation import SimulationError, simulate
+from ..master.interrupts import terminate_as_interrupted
+from ..master.simulation import Progress, SimulationError, simulate
+from ..master.unpacked import Folders
 from ..ssp import reader
 from ..ssp.declaration import System, wire
 from ..ssp.wiring import Wiring
 from ..ssp.writer import write
 from .archives import ssp_path
-from .assessment import assessable, report
-from .changes import Changes
+from .assessment import assessable, hold_begin, report
+from .changes import Changes, plain
 from .csv_table import write_csv
 from .scores import Score, score
 from .screen import counted, say
 
 _LONGEST_NAME = 120
+SHORT_HOLD = 5.0
+"""Duration in s of a hold below which its verdict is doubted."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +41,14 @@ class Run:
     wiring: Wiring
     results: NDArray[Any]
     failure: str = ""
+    is_interrupted: bool = False
 
     @property
     def score(self) -> Score | None:
         """How well it held the vehicle; None if there is no vehicle in it."""
         if not len(self.results):
             return Score("lost", reason=self.failure)
-        if not assessable(self.results, self.wiring):
+        if not assessable(self.wiring):
             return None
         return score(self.results, self.wiring, self.failure)
 
@@ -78,20 +83,25 @@ def simulated(
     coupling: str = "jacobi",
     stop_time: float | None = None,
     warn: Callable[[str], None] = lambda message: None,
+    progress: Progress | None = None,
+    folders: Folders | None = None,
 ) -> Run:
     """Return the run of a system; one that fails, or is interrupted, has the results so far.
+
+    The arguments are those of `simulate`; progress is shown if left out.
 
     Raises
     ------
     WiringError : the system cannot run, or not to this stop time.
     """
     options = [] if coupling == "jacobi" else [coupling]
-    options += [] if stop_time is None else [f"{stop_time:g}s"]
+    options += [] if stop_time is None else [f"{plain(stop_time)}s"]
     name = file_name("+".join([wiring.name, *options]))
     try:
-        return Run(name, wiring, simulate(wiring, COUPLINGS[coupling], stop_time, progress=_progress, warn=warn))
+        results = simulate(wiring, COUPLINGS[coupling], stop_time, progress or _progress, warn, folders)
     except SimulationError as error:
-        return Run(name, wiring, error.results, str(error))
+        return Run(name, wiring, error.results, str(error), error.is_interrupted)
+    return Run(name, wiring, results)
 
 
 def run(
@@ -126,11 +136,13 @@ def run(
     WiringError : the system or a change is wrong.
     SimulationError : an FMU failed or the run was interrupted; the results so far are in the CSV.
     """
+    terminate_as_interrupted()
     folder = (folder or results_folder()).absolute()  # an FMU may change the working directory
     folder.mkdir(parents=True, exist_ok=True)
+    picture = picture and picture.absolute()
     with counted() as warn, opened(system, changes, export, warn, say) as wiring:
         if archive:
-            write(wiring, archive, warn=warn)
+            _write(wiring, archive, coupling, stop_time, warn)
         done = simulated(wiring, coupling, stop_time, warn)
     default = done.name if export == "native" else f"{done.name}+{export}"
     done = replace(done, name=file_name(name or default))
@@ -145,10 +157,16 @@ def run(
     if done.score:
         from .plots import plot_run  # loads matplotlib, which takes longer than the run
 
-        picture = (picture or folder / f"{done.name}.png").absolute()
+        picture = picture or folder / f"{done.name}.png"
         plot_run(done.results, done.wiring, done.name, picture)
         click.echo(picture)
     return done
+
+
+def _write(wiring: Wiring, archive: Path, coupling: str, stop_time: float | None, warn: Callable[[str], None]) -> None:
+    if coupling != "jacobi":
+        warn(f"{archive} cannot say that its coupling is {coupling}: other tools take Jacobi.")
+    write(wiring if stop_time is None else replace(wiring, stop_time=stop_time), archive, warn=warn)
 
 
 def results_folder() -> Path:
@@ -157,18 +175,20 @@ def results_folder() -> Path:
 
 
 def file_name(name: str) -> str:
-    """Return a name that any file system takes: shortened, by a digest of the whole, where it is too long."""
-    plain = re.sub(r"[^A-Za-z0-9_.=+-]", "_", name)
-    if len(plain) <= _LONGEST_NAME:
-        return plain
-    return f"{plain[: _LONGEST_NAME - 9]}+{sha256(name.encode()).hexdigest()[:8]}"
+    """Return a name that any file system takes, with a digest of the whole where it had to be changed."""
+    safe = re.sub(r"[^A-Za-z0-9_.=+,\[\]-]", "_", name)
+    if safe == name and len(safe) <= _LONGEST_NAME:
+        return safe
+    return f"{safe[: _LONGEST_NAME - 9]}+{sha256(name.encode()).hexdigest()[:8]}"
 
 
 def _table(done: Run) -> str:
     found = done.score
     if found is None:
         return "There is no vehicle with a pose eta in it, so nothing is assessed or drawn."
-    return f"{report(done.results, done.wiring)}\n\nverdict: {found}"
+    duration = done.results["time"][-1] - hold_begin(done.results)
+    doubt = f" (a hold of {duration:.2g} s is short for that)" if duration < SHORT_HOLD else ""
+    return f"{report(done.results, done.wiring)}\n\nverdict: {found}{doubt}"
 
 
 def _fail(done: Run, csv: Path) -> None:

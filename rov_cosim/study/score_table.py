@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from .assessment import axes
+from .runs import Run
 from .scores import Score
 
 
@@ -24,19 +26,19 @@ def write_scores(scores: Mapping[Any, Score], head: tuple[str, ...], path: Path)
             writer.writerow([*key, *values])
 
 
-def table(scores: Mapping[str, Score]) -> str:
-    """Return a line for each run: when it settles, its errors in hold, the effort, the verdict."""
-    width = max(map(len, ["run", *scores]))
-    heads = ("settles [s]", "rms [mm]", "worst [mm]", "yaw rms [deg]", "effort [N]")
-    lines = [f"{'run':{width}}" + "".join(f"{head:>15}" for head in heads) + "   verdict"]
-    for name, score in scores.items():
-        cells = [
-            "never" if score.settling is None else f"{score.settling:.2f}",
-            *(_cell(v, 1e3) for v in (score.rms, score.worst)),
-            _cell(score.rms_yaw, 180 / np.pi),
-            _cell(score.effort, 1.0),
-        ]
-        lines.append(f"{name:{width}}" + "".join(f"{cell:>15}" for cell in cells) + f"   {score}")
+def comparison(runs: Mapping[str, Run]) -> str:
+    """Return a line for each run: when it settles, the mean of each axis in hold, the effort, the verdict."""
+    width = max(map(len, ["run", *runs]))
+    heads = ("settles [s]", *(f"mean {axis} [mm]" for axis in "xyz"), "mean yaw [deg]", "worst [mm]", "effort [N]")
+    lines = [f"{'run':{width}}" + "".join(f"{head:>16}" for head in heads) + "   verdict"]
+    for name, run in runs.items():
+        score, cells = run.score, [""] * len(heads)
+        if score and score.mean is not None:
+            means = [axis.mean for axis in axes(run.results, run.wiring)]
+            cells = ["never" if score.settling is None else f"{score.settling:.2f}"]
+            cells += [f"{1e3 * mean:.2f}" for mean in means[:3]]
+            cells += [f"{np.degrees(means[3]):.2f}", _cell(score.worst, 1e3), _cell(score.effort, 1.0)]
+        lines.append(f"{name:{width}}" + "".join(f"{cell:>16}" for cell in cells) + f"   {score}")
     return "\n".join(lines)
 
 

@@ -113,7 +113,8 @@ def _loss(results: NDArray[Any], wiring: Wiring) -> tuple[float | None, str]:
     tilted = np.abs(pose(results, wiring)[3:5]).max(axis=0) > CAPSIZED
     far = error > [LOST[axis] for axis in AXES]
     causes = {
-        "the pose is not finite": ~np.isfinite(error).all(axis=1),
+        "the pose is not finite": ~np.isfinite(pose(results, wiring)).all(axis=0),
+        "a thruster command is not finite": ~_finite_commands(results, controller_of(wiring)),
         f"{', '.join(name for i, name in enumerate(AXES) if far[held, i].any())} beyond "
         f"{LOST['x']:g} m or {np.degrees(LOST['psi']):g} deg": far.any(axis=1),
         f"tilted beyond {np.degrees(CAPSIZED):g} deg": tilted,
@@ -146,11 +147,21 @@ def _verdict(mean: NDArray[Any], sway: NDArray[Any]) -> Verdict:
     return "offset" if beyond(mean, OFFSET) else "held"
 
 
-def _effort(held: NDArray[Any], controller: str) -> float | None:
+def _commands(results: NDArray[Any], controller: str) -> NDArray[np.float64] | None:
+    """Return the thruster commands, shape (8, rows); None if the controller has no ``u``."""
     names = [f"{controller}.u[{i}]" for i in count(N_THRUSTERS)]
-    if not set(names) <= set(held.dtype.names or ()):
-        return None
-    return float(np.sqrt((np.stack([held[name] for name in names]) ** 2).sum(axis=0).mean()))
+    there = set(names) <= set(results.dtype.names or ())
+    return np.stack([results[name] for name in names]) if there else None
+
+
+def _finite_commands(results: NDArray[Any], controller: str) -> NDArray[np.bool_]:
+    commands = _commands(results, controller)
+    return np.ones(len(results), bool) if commands is None else np.asarray(np.isfinite(commands).all(axis=0))
+
+
+def _effort(held: NDArray[Any], controller: str) -> float | None:
+    commands = _commands(held, controller)
+    return None if commands is None else float(np.sqrt((commands**2).sum(axis=0).mean()))
 
 
 def _mean(held: NDArray[Any], name: str) -> float | None:

@@ -7,7 +7,8 @@ from contextlib import contextmanager
 
 import click
 
-_NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
+_NUMBER = re.compile(r"(?<![\w\[.])[-+]?\d[\d.]*(e[-+]?\d+)?")
+"""A number, but none that is part of a name."""
 
 
 def say(line: str) -> None:

@@ -11,7 +11,7 @@ from ...systems.catalogue import SYSTEMS
 
 
 @click.command()
-@click.argument("system", type=click.Choice(list(SYSTEMS)), default="station_keeping")
+@click.argument("system", type=click.Choice(list(SYSTEMS)), default="station_keeping", metavar="[SYSTEM]")
 def command(system: str) -> None:
     """Measure what a run costs in both exports, and the floor: steps, loops, whole commands."""
     for export in EXPORTS:

@@ -1,5 +1,6 @@
 """`rov-cosim compare`: several runs in one figure and one table."""
 
+from contextlib import ExitStack
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -8,25 +9,23 @@ import click
 
 from ...errors import UserError
 from ...ssp.declaration import System
+from ...ssp.wiring import Wiring
+from ...study.assessment import assessable
 from ...study.changes import Changes
 from ...study.runs import Run, file_name, opened, results_folder, simulated
-from ...study.score_table import table, write_scores
+from ...study.score_table import comparison, write_scores
 from ...study.screen import counted, say
 from ...study.troubles import TROUBLES
 from .. import options
 
-Varied = list[tuple[str, list[str]]]
+Varied = dict[str, list[str]]
 
 
 def _varied(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> Varied:
     found = dict(options.assigned(texts, "ELEMENT.VARIABLE=VALUE,VALUE,... or trouble=NAME,NAME,..."))
-    varied = [(end, [value.strip() for value in values.split(",")]) for end, values in found.items()]
-    for end, values in varied:
-        if twice := {value for value in values if values.count(value) > 1}:
-            raise click.BadParameter(f"{end} has {', '.join(sorted(twice))} twice")
-        if end == "trouble":
-            for name in values:
-                options.OneOf("trouble", TROUBLES).convert(name, parameter, context)
+    varied = {end: [value.strip() for value in values.split(",")] for end, values in found.items()}
+    for name in varied.get("trouble", ()):
+        options.OneOf("trouble", TROUBLES).convert(name, parameter, context)
     return varied
 
 
@@ -62,39 +61,55 @@ def command(
     fail_on: str | None,
 ) -> None:
     """Run several SYSTEMS, or one in several ways: their errors in one figure, a table and its CSV."""
-    runs: dict[str, Run] = {}
-    with counted() as warn:
-        for system in systems:
-            for values in product(*(values for _, values in varied)):
-                words = dict(zip((end for end, _ in varied), values, strict=True))
-                with opened(system, _with(changes, words), export, warn, say) as wiring:
-                    done = simulated(wiring, coupling, stop_time, warn)
-                label = _label(system, words, len(systems) > 1)
-                if label in runs:
-                    raise click.UsageError(f"{label} stands twice: the same run says nothing new.")
-                if done.score is None:
-                    raise click.UsageError(f"{label} has no vehicle with a pose eta: there is nothing to compare.")
-                runs[label] = done
-    if len(runs) < 2:
-        raise click.UsageError("One run is nothing to compare: name another system, or vary something by --vary.")
-    scores = {label: done.score for label, done in runs.items() if done.score}
-    click.echo(table(scores))
-    name = file_name("+".join(["compare", *(run.name for run in runs.values())]))
-    path = (output or results_folder() / f"{name}.png").absolute()
+    if twice := [end for end in varied if end in changes.values]:
+        raise click.UsageError(f"{twice[0]} is set and varied: take one of --set and --vary.")
+    names = [_name(system) for system in systems]
+    title = "+".join([*dict.fromkeys(names), *(f"{end}={','.join(values)}" for end, values in varied.items())])
+    path = (output or results_folder() / f"{file_name(f'compare+{title}')}.png").absolute()
     path.parent.mkdir(parents=True, exist_ok=True)
-    csv = path.with_name(f"{path.stem}.csv")
-    write_scores({(label,): found for label, found in scores.items()}, ("run",), csv)
-    click.echo(f"\n{csv}")
-    from ...study.plots import plot_comparison  # loads matplotlib, which takes longer than the runs
-
-    drawn = {label: (done.results, done.wiring) for label, done in runs.items() if len(done.results)}
-    if drawn:
-        plot_comparison(drawn, path)
-        click.echo(path)
+    with counted() as warn, ExitStack() as stack:
+        wirings: dict[str, Wiring] = {}
+        for system in systems:
+            for values in product(*varied.values()):
+                words = dict(zip(varied, values, strict=True))
+                wiring = stack.enter_context(opened(system, _with(changes, words), export, warn, say))
+                _add(wirings, _label(system, words, len(systems) > 1), wiring)
+        if len(wirings) < 2:
+            raise click.UsageError("One run is nothing to compare: name another system, or vary something by --vary.")
+        runs: dict[str, Run] = {}
+        for label, wiring in wirings.items():
+            runs[label] = simulated(wiring, coupling, stop_time, warn)
+            if runs[label].is_interrupted:
+                break
+    _show(runs, title, path)
     if failed := [f"{label}: {done.failure}" for label, done in runs.items() if done.failure]:
         raise UserError("\n".join(failed))
     if fail_on:
-        options.gate(scores, fail_on)
+        options.gate({label: done.score for label, done in runs.items()}, fail_on)
+
+
+def _add(wirings: dict[str, Wiring], label: str, wiring: Wiring) -> None:
+    if not assessable(wiring):
+        raise click.UsageError(f"{label} has no vehicle with a pose eta: there is nothing to compare.")
+    for other, known in wirings.items():
+        if wiring.runs_as(known):
+            raise click.UsageError(f"{label} is the same run as {other}: it says nothing new.")
+    wirings[label] = wiring
+
+
+def _show(runs: dict[str, Run], title: str, path: Path) -> None:
+    """Print the table, write its CSV and the picture, of runs that came so far."""
+    scores = {label: done.score for label, done in runs.items() if done.score}
+    click.echo(comparison(runs))
+    csv = path.with_name(f"{path.stem}.csv")
+    write_scores({(label,): found for label, found in scores.items()}, ("run",), csv)
+    click.echo(f"\n{csv}")
+    drawn = {label: (done.results, done.wiring) for label, done in runs.items() if len(done.results)}
+    if drawn:
+        from ...study.plots import plot_comparison  # loads matplotlib, which takes longer than the runs
+
+        plot_comparison(drawn, title, path)
+        click.echo(path)
 
 
 def _with(changes: Changes, words: dict[str, str]) -> Changes:
@@ -104,8 +119,11 @@ def _with(changes: Changes, words: dict[str, str]) -> Changes:
     return replace(changes, values={**changes.values, **values}, troubles=(*changes.troubles, *trouble))
 
 
+def _name(system: System | Path) -> str:
+    return system.name if isinstance(system, System) else str(system)
+
+
 def _label(system: System | Path, words: dict[str, str], several: bool) -> str:
     """Return what tells a run from the others."""
-    name = system.name if isinstance(system, System) else str(system)
     varied = [value if end == "trouble" else f"{end}={value}" for end, value in words.items()]
-    return ", ".join(([name] if several or not varied else []) + varied)
+    return ", ".join(([_name(system)] if several or not varied else []) + varied)

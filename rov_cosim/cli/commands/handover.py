@@ -9,6 +9,7 @@ from tqdm import tqdm
 
 from ...exporters.build import components, project_root
 from ...exporters.zig import TARGETS, BuildError, host_platform
+from ...study.screen import say
 
 
 @click.group()
@@ -35,7 +36,10 @@ def _kit(name: str) -> click.Command:
 def _progress(steps: Iterable[str], what: str) -> Iterator[str]:
     with tqdm(list(steps), leave=False, disable=None) as bar:
         for step in bar:
-            bar.set_description(f"{what} {step}")
+            if bar.disable:  # there is no terminal
+                say(f"{what} {step}")
+            else:
+                bar.set_description(f"{what} {step}")
             yield step
 
 

@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from ...study.campaign import Campaign, CampaignError, Cell, run_all, wired
 from ...study.changes import Changes
-from ...study.runs import results_folder
+from ...study.runs import file_name, results_folder
 from ...study.score_table import write_scores
 from ...study.scores import VERDICTS
 from ...study.screen import counted, say
@@ -22,11 +22,16 @@ from ...systems.catalogue import SYSTEMS
 from ...systems.fleet import CONTROLLERS, VEHICLES
 from .. import options
 
+MOST_LINES = 30
+"""Runs that are shown one by one."""
 
-def _some(name: str, known: Iterable[str]) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    description = f"Only this {name}; can be given more than once."
+
+def _some(name: str, known: Iterable[str], which: str = "Only") -> Callable[[Callable[..., None]], Callable[..., None]]:
+    names = list(known)
+    shown = "NAME" if len(names) > 5 else "|".join(names)
+    description = f"{which} this {name}; can be given more than once."
     return click.option(
-        f"--{name}", f"{name}s", type=options.OneOf(name, known), multiple=True, metavar="NAME", help=description
+        f"--{name}", f"{name}s", type=options.OneOf(name, names), multiple=True, metavar=shown, help=description
     )
 
 
@@ -34,7 +39,7 @@ def _some(name: str, known: Iterable[str]) -> Callable[[Callable[..., None]], Ca
 @_some("vehicle", VEHICLES)
 @_some("controller", CONTROLLERS)
 @_some("trouble", TROUBLES)
-@_some("system", SYSTEMS)
+@_some("system", SYSTEMS, "Besides the vehicles, or alone if none is named,")
 @options.changes_but_troubles
 @click.option(
     "--jobs", type=click.IntRange(min=1), default=os.cpu_count() or 1, help="Processes; one a core if left out."
@@ -59,18 +64,23 @@ def command(
     chosen = vehicles or (() if systems else tuple(VEHICLES)), controllers or CONTROLLERS
     swapped = [f"{element} is {fmu.name}" for element, fmu in changes.swaps.items()]
     note = "; ".join([*swapped, *(f"{name} = {value}" for name, value in changes.values.items())])
-    # A part must not take the place of the whole.
-    stem = "matrix_part" if note or vehicles or controllers or troubles or systems else "matrix"
+    # A part must not take the place of the whole, nor of another part.
+    stem = file_name("+".join(["matrix", *vehicles, *controllers, *systems, *changes.words(), *troubles]))
     with counted() as warn:
         loops = wired(*chosen, changes, warn, [SYSTEMS[name] for name in systems], say)
     try:
         found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress)
     except CampaignError as error:
-        _write(error.campaign, folder / "matrix_part", note)
+        if not error.campaign.scores:
+            raise
+        _write(error.campaign, folder / f"{stem}-until-interrupted", " ".join(filter(None, (note, f"{error}"))))
         raise CampaignError(f"{error} The results so far are in {folder}.", error.campaign) from error
     if not found.scores:
         raise click.ClickException(f"No trouble applies: {' '.join(dict.fromkeys(found.left_out.values()))}")
     _write(found, folder / stem, note)
+    if len(found.scores) <= MOST_LINES:
+        for cell, score in found.scores.items():
+            click.echo(f"{', '.join(cell)}: {score}")
     for controller in dict.fromkeys(controller for _, controller in loops):
         counts = Counter(score.verdict for cell, score in found.scores.items() if cell.controller == controller)
         click.echo(f"{controller:12} {', '.join(f'{counts[verdict]} {verdict}' for verdict in VERDICTS)}")
@@ -83,16 +93,14 @@ def command(
 def _write(found: Campaign, path: Path, note: str) -> None:
     from ...study import campaign_tables  # loads matplotlib, which takes a while
 
-    if not found.scores:
-        return
-    write_scores(found.scores, Cell._fields, path.with_suffix(".csv"))
+    write_scores(found.scores, Cell._fields, path.with_name(f"{path.name}.csv"))
     command = shlex.join(["rov-cosim", *sys.argv[1:]])
-    page = campaign_tables.markdown(found, command, path.with_suffix(".svg").name, note)
-    path.with_suffix(".md").write_text(page, encoding="utf-8")
+    page = campaign_tables.markdown(found, command, f"{path.name}.svg", note)
+    path.with_name(f"{path.name}.md").write_text(page, encoding="utf-8")
     for suffix in (".png", ".svg"):
-        campaign_tables.draw_heat_map(found, path.with_suffix(suffix), note)
+        campaign_tables.draw_heat_map(found, path.with_name(f"{path.name}{suffix}"), note)
     for suffix in (".csv", ".md", ".png", ".svg"):
-        click.echo(path.with_suffix(suffix))
+        click.echo(path.with_name(f"{path.name}{suffix}"))
 
 
 def _progress(runs: Iterable[Any], total: int) -> Any:
