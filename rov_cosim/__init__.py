@@ -8,6 +8,8 @@ from importlib import import_module
 from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
+from . import loaded as loaded
+
 if TYPE_CHECKING:
     from .master.simulation import SimulationError, simulate
     from .ssp.declaration import System, wire

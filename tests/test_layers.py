@@ -18,6 +18,7 @@ LAYERS = [
     "exporters",
     "components",
     "errors",
+    "loaded",
 ]
 """Each folder, or module, of `rov_cosim` may import from itself and from those after it."""
 APART = {"importers", "benchmark"}

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from fmpy import extract, read_model_description
 
-from rov_cosim.cli.description import element_lines, folded, system_lines
+from rov_cosim.cli.description import element_lines, joined, system_lines
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp.swap_map import stem
 from rov_cosim.ssp.wiring import Element, End, Link, Wiring
@@ -137,4 +137,4 @@ def test_an_fmu_without_descriptions_is_shown_all_the_same(foreign):
     ],
 )
 def test_names_are_folded_where_they_are_all_combinations(names, one):
-    assert folded(names) == one
+    assert joined(names) == one

@@ -136,12 +136,11 @@ def test_what_an_fmu_says_of_itself_does_not_spoil_the_archive(fmus, tmp_path):
     odd = described_otherwise(
         fmus["pid"],
         tmp_path / "odd.fmu",
+        (b'initial="calculated">\n      <Real', b'initial="exact">\n      <Real declaredType="F" start="0"'),
         (
             b"<LogCategories>",
             b'<TypeDefinitions><SimpleType name="F"><Real unit="N"/></SimpleType></TypeDefinitions><LogCategories>',
         ),
-        (b'<Real unit="N"', b'<Real declaredType="F" unit="N"'),
-        (b'initial="calculated"', b'initial="exact"'),
         (
             b"</ModelVariables>",
             b'<ScalarVariable name="note" valueReference="9999" causality="parameter" '

@@ -63,8 +63,8 @@ def built(tmp_path_factory) -> Tree:
     for export in ("native", "pythonfmu"):
         written, _, ours = tree.build(export)
         assert written
-        # A stamp tells of two folders alone; nothing of an FMU comes from the class of its errors.
-        assert {name.split(".")[1] for name in ours} == {"components", "exporters", "errors"}
+        # A stamp tells of two folders alone; nothing of an FMU comes from the others.
+        assert {name.split(".")[1] for name in ours} == {"components", "exporters", "errors", "loaded"}
     return tree
 
 
@@ -161,7 +161,7 @@ def test_without_its_stamp_an_fmu_is_checked_and_stamped_again(tree):
 
 
 def test_a_stamp_is_for_the_platforms_in_the_fmu(tmp_path, monkeypatch):
-    monkeypatch.setattr(stamp, "_LOADED", math.inf)  # whatever is edited or installed during the tests
+    monkeypatch.setattr(stamp.loaded, "AT", math.inf)  # whatever is edited or installed during the tests
     path = tmp_path / "a.fmu"
     archive.write(path, {"binaries/linux64/a.so": b"", "binaries/win64/a.dll": b""})
     stamp.put(path, "this")
@@ -169,3 +169,11 @@ def test_a_stamp_is_for_the_platforms_in_the_fmu(tmp_path, monkeypatch):
     assert stamp.holds(path, "this", ["win64", "linux64"])
     assert not stamp.holds(path, "this", ["linux64", "darwin64"])
     assert not stamp.holds(path, "that", ["linux64"])
+
+
+def test_the_clock_of_what_is_loaded_starts_before_any_component_is():
+    script = (
+        "import rov_cosim.components.pid, time; before = time.time(); from rov_cosim.exporters import stamp;"
+        " assert stamp.loaded.AT < before"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)

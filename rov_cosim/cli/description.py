@@ -31,7 +31,7 @@ def system_lines(wiring: Wiring, width: int) -> Iterator[str]:
         groups.setdefault(tuple(ends), []).append(link)
     for links in groups.values():
         sources, targets = ([str(link[i]) for link in links] for i in (0, 1))
-        yield f"{folded(sources)} -> {folded(targets)}{_factors(links)}"
+        yield f"{joined(sources)} -> {joined(targets)}{_factors(links)}"
 
 
 def element_lines(wiring: Wiring, element: Element, text: str, width: int) -> Iterator[str]:
@@ -49,7 +49,7 @@ def element_lines(wiring: Wiring, element: Element, text: str, width: int) -> It
             yield from table.lines([(section, "unit", what, "", "meaning"), *cells], _WIDEST, width)
 
 
-def folded(names: Sequence[str]) -> str:
+def joined(names: Sequence[str]) -> str:
     """Return names that belong together as one: ``eta.x/y/z``, ``thruster[1..8].r.x/y/z``."""
     parts = [re.findall(r"\[\d+\]|\.?[^.\[]+", name) for name in names]
     if len({len(of) for of in parts}) == 1:
@@ -103,7 +103,7 @@ def _cells(wiring: Wiring, element: Element, group: Sequence[ModelVariable]) -> 
     if first.causality != "output" and len(into) < len(group):
         what.insert(0, _values(element, [v for v in group if not wiring.link_to(f"{element.name}.{v.name}")]))
     tunable = "tunable" if first.causality == "parameter" and first.variability == "tunable" else ""
-    return folded([v.name for v in group]), units, ", ".join(what), tunable, _meaning(first)
+    return joined([v.name for v in group]), units, ", ".join(what), tunable, _meaning(first)
 
 
 def _folded_by_group(ends: Sequence[str]) -> Iterator[str]:

@@ -47,6 +47,8 @@ class _Commands(click.Group):
             return super().invoke(context)
         except BrokenPipeError:
             raise  # click ends quietly
+        except FileExistsError as error:
+            raise click.ClickException(f"{error.filename} is a file; a folder is needed there.") from error
         except (UserError, OSError) as error:
             raise click.ClickException(str(error)) from error
 

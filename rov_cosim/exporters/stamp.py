@@ -2,7 +2,6 @@
 
 import re
 import sys
-import time
 from collections.abc import Iterable
 from contextlib import suppress
 from hashlib import sha256
@@ -11,11 +10,10 @@ from io import BytesIO
 from pathlib import Path
 from zipfile import ZipFile
 
+from .. import loaded
 from ..components import __path__ as components_path
 
 _COMPONENTS, _EXPORTERS = Path(components_path[0]), Path(__file__).parent
-
-_LOADED = time.time()
 
 
 def inputs(names: Iterable[str]) -> dict[str, str]:
@@ -42,7 +40,7 @@ def put(path: Path, made_of: str) -> None:
     # What was edited or installed after this process loaded it may not be what the FMU was made of.
     installed = [Path(str(distribution(name).locate_file(""))) for name in _packages() if _version(name)]
     sources = [*_files(_EXPORTERS, "**/*"), *_files(_COMPONENTS, "**/*")]
-    if all(_changed(place) < _LOADED for place in {*installed, *sources}):
+    if all(_changed(place) < loaded.AT for place in {*installed, *sources}):
         with suppress(OSError):
             _beside(path).write_bytes(_stamp(made_of, path.read_bytes()))
 
