@@ -59,14 +59,14 @@ def plot_run(results: NDArray[Any], wiring: Wiring, title: str, path: Path) -> N
 
 
 def plot_comparison(runs: Mapping[str, Results], title: str, path: Path) -> None:
-    """Draw the pose errors of several runs, by label."""
+    """Draw the pose errors of several runs, by label; the title stands over the labels, if there is one."""
     figure = Figure(figsize=(10, 6.5), layout="constrained")
     panels = figure.subplots(2, 2, sharex=True)
     _plot_errors(panels.flat, runs)
     for panel in panels[1]:
         panel.set_xlabel("time [s]")
-    figure.suptitle(title, fontsize=12)
-    figure.legend(*panels.flat[0].get_legend_handles_labels(), loc="outside upper center", ncols=min(len(runs), 3))
+    handles, labels = panels.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, title=title or None, loc="outside upper center", ncols=min(len(runs), 3))
     save(figure, path)
 
 

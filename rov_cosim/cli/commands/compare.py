@@ -81,7 +81,7 @@ def command(
             runs[label] = simulated(wiring, coupling, stop_time, warn)
             if runs[label].is_interrupted:
                 break
-    _show(runs, title, path)
+    _show(runs, title if varied else "", path)
     if failed := [f"{label}: {done.failure}" for label, done in runs.items() if done.failure]:
         raise UserError("\n".join(failed))
     if fail_on:
