@@ -1,4 +1,4 @@
-"""The command as a user types it."""
+"""The command as a user types it, the file that it reads, and the line that it ends with."""
 
 from click.testing import CliRunner, Result
 
@@ -15,3 +15,18 @@ def ok(*arguments, **options) -> str:
     done = call(*arguments, **options)
     assert done.exit_code == 0, done.output
     return done.output
+
+
+def one_line(done) -> str:
+    """Return what a command that failed says, which is a line, after click's own about the usage."""
+    assert done.exit_code in (1, 2)
+    assert isinstance(done.exception, SystemExit)
+    (line,) = (text for text in done.output.splitlines() if text and not text.startswith(("Usage: ", "Try ")))
+    return line
+
+
+def mapped(folder, text):
+    """Return a file with a map."""
+    path = folder / "map.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
