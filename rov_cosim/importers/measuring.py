@@ -64,7 +64,7 @@ def measure(name: str, part: Part, path: Path, stop_time: float | None = None) -
 
 
 def _run(command: list[str], environment: Mapping[str, str]) -> subprocess.CompletedProcess[str] | None:
-    """Run a command; None if it hangs, as libcosim does once in a while: its threads wait for each other."""
+    """Run a command; None if it does not end in time, as libcosim was once seen to do, for a reason not found."""
     try:
         return subprocess.run(
             command,
