@@ -16,7 +16,9 @@ from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, named
 
 ROOT = Path(__file__).parent.parent
-PAGES = sorted(p for p in ROOT.rglob("*.md") if not {".venv", ".pytest_cache", "build"} & set(p.relative_to(ROOT).parts))
+PAGES = sorted(
+    p for p in ROOT.rglob("*.md") if not {".venv", ".pytest_cache", "build"} & set(p.relative_to(ROOT).parts)
+)
 
 UNNEEDED = shutil.ignore_patterns(".*", "build", "*.egg-info", "*.ssp")
 
