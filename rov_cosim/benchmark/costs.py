@@ -14,8 +14,9 @@ from time import perf_counter
 
 from ..components.interface import SAMPLE_TIME, Component, Continuous
 from ..exporters import native_export, zig
-from ..master.exchange import Exchange
-from ..master.simulation import initialize, instantiated, simulate
+from ..master.exchange import InPython, Steps, jacobi
+from ..master.instances import Instances
+from ..master.simulation import initialize, simulate
 from ..master.slave import Slave
 from ..master.unpacked import Folders
 from ..ssp.wiring import Wiring
@@ -52,11 +53,11 @@ def in_c(component: Component) -> tuple[float, float]:
 def from_python(wiring: Wiring, steps: int) -> dict[str, list[float]]:
     """Return by way of calling what a communication step costs in s, a number for each FMU."""
     costs: dict[str, list[float]] = {}
-    with instantiated(wiring, lambda message: None) as slaves:
-        for slave in slaves:
-            slave.prepare(wiring)
-        initialize(Exchange(slaves, wiring.links), wiring.start_time)
-        for slave in slaves:
+    with Instances(wiring) as instances:
+        exchange = instances.exchange(wiring, (), lambda message: None)
+        loop = InPython(exchange, Steps(jacobi, wiring.start_time, wiring.step_size, True))
+        initialize(exchange, loop, wiring.start_time)
+        for slave in exchange.slaves:
             time = count(0)
             for way, step in _ways(slave).items():
                 costs.setdefault(way, []).append(
@@ -80,7 +81,8 @@ def loops(wiring: Wiring, ways: Mapping[str, tuple[Folders, bool]], steps: int) 
                 taken.append(perf_counter() - begin)
 
             stop_time = wiring.start_time + steps * wiring.step_size
-            simulate(wiring, stop_time=stop_time, progress=stopwatch, folders=folders, in_numpy=in_numpy)
+            with Instances(folders=folders) as instances:
+                simulate(wiring, stop_time=stop_time, progress=stopwatch, instances=instances, in_numpy=in_numpy)
     return {name: min(seconds) / steps for name, seconds in taken.items()}
 
 

@@ -69,7 +69,7 @@ def replay(element: Element, folder: Path, reference: Reference, places: Mapping
     except FMICallException as error:
         raise RunError(f"{reference.case.name}: {' '.join(slave.errors) or error}") from error
     finally:
-        slave.fmu.freeInstance()
+        slave.unload()
 
 
 def departures(outputs: Signals, reference: Reference) -> dict[str, Departure]:

@@ -1,12 +1,12 @@
 """How values go from FMU to FMU: the links of a system as copies between arrays, and the two couplings."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ssp.wiring import Link
+from ..ssp.wiring import End, Link
 from .slave import Slave, SlaveError
 
 PASSES = 100
@@ -16,103 +16,160 @@ PASSES = 100
 class Copy(NamedTuple):
     """Outputs of one slave that become inputs of another: target[to] = factors * source[from_].
 
-    `receiver` is the place of the other in the system's order, `type` the FMI type of all of them.
+    Slaves are told by their place in the system's order, `type` is the FMI type of all of them.
     """
 
+    sender: int
     receiver: int
     type: str
-    source: NDArray[Any]
-    target: NDArray[Any]
-    from_: NDArray[np.intp]
-    to: NDArray[np.intp]
+    from_: NDArray[np.uintp]
+    to: NDArray[np.uintp]
     factors: NDArray[Any]
 
 
+class Feed(NamedTuple):
+    """An input that is fed from outside: its slave, its FMI type and its place among the inputs of that type."""
+
+    receiver: int
+    type: str
+    to: int
+
+
 class Exchange:
-    """The slaves of a system in order, and the copies that carry outputs to inputs."""
+    """The slaves of a system in order, the copies that carry outputs to inputs, and what is fed from outside."""
 
-    def __init__(self, slaves: list[Slave], links: tuple[Link, ...]) -> None:
-        self.slaves, self.n_links = slaves, len(links)
-        by_name = {slave.element.name: slave for slave in slaves}
-        grouped: dict[tuple[str, str, str], list[tuple[int, int, float]]] = {}
+    def __init__(self, slaves: list[Slave], links: Iterable[Link], fed: Iterable[End] = ()) -> None:
+        self.slaves = slaves
+        self._number = {slave.element.name: i for i, slave in enumerate(slaves)}
+        grouped: dict[tuple[int, int, str], list[tuple[int, int, float]]] = {}
         for source, target, factor in links:
-            type_ = by_name[source.element].element.variables[source.variable].type
-            places = grouped.setdefault((source.element, target.element, type_), [])
-            names = by_name[source.element].outputs[type_].names, by_name[target.element].inputs[type_].names
-            places.append((names[0].index(source.variable), names[1].index(target.variable), factor))
+            sender, type_, from_ = self._place(source, "outputs")
+            receiver, _, to = self._place(target, "inputs")
+            grouped.setdefault((sender, receiver, type_), []).append((from_, to, factor))
+        self.n_links = sum(map(len, grouped.values()))
         self.copies: list[Copy] = []
-        for (source_name, target_name, type_), places in grouped.items():
-            from_, to, factors = (np.array(column) for column in zip(*places, strict=True))
-            outputs, inputs = by_name[source_name].outputs[type_].values, by_name[target_name].inputs[type_].values
-            receiver = slaves.index(by_name[target_name])
-            self.copies.append(Copy(receiver, type_, outputs, inputs, from_, to, factors.astype(inputs.dtype)))
-        self._into = {slave: [c for c in self.copies if c.receiver == i] for i, slave in enumerate(slaves)}
+        for group, places in grouped.items():
+            froms, tos, factors = (np.array(column) for column in zip(*places, strict=True))
+            dtype = slaves[group[1]].inputs[group[2]].values.dtype
+            self.copies.append(Copy(*group, froms.astype(np.uintp), tos.astype(np.uintp), factors.astype(dtype)))
+        self.feeds = [Feed(*self._place(end, "inputs")) for end in fed]
+        self.dtype = np.dtype([("time", np.float64), *(field for slave in slaves for field in slave.fields)])
+        blocks = [block for slave in slaves for block in slave.outputs.values()]
+        self._grouped = np.dtype([("time", np.float64), *((f"{i}", block.dtype) for i, block in enumerate(blocks))])
+        self._blocks = blocks
 
-    def feed(self, slave: Slave) -> None:
-        """Set the connected inputs of a slave from the outputs last read."""
-        for _, _, source, target, from_, to, factors in self._into[slave]:
-            target[to] = factors * source[from_]
+    def _place(self, end: End, direction: str) -> tuple[int, str, int]:
+        number = self._number[end.element]
+        for type_, block in getattr(self.slaves[number], direction).items():
+            if end.variable in block.names:
+                return number, type_, block.names.index(end.variable)
+        raise KeyError(str(end))
+
+    def feed(self, slave: Slave, given: NDArray[np.float64] | None, must_be_finite: bool) -> None:
+        """Set the fed inputs of a slave from the outputs last read, and from a number for each of `feeds`."""
+        for copy in self.copies:
+            if copy.receiver == slave.number:
+                source = self.slaves[copy.sender].outputs[copy.type].values
+                slave.inputs[copy.type].values[copy.to] = copy.factors * source[copy.from_]
+        for feed, value in zip(self.feeds, () if given is None else given, strict=given is not None):
+            if feed.receiver == slave.number:
+                slave.inputs[feed.type].values[feed.to] = value
+        if must_be_finite:
+            slave.check_finite(slave.inputs.get("Real"))
         slave.write()
 
-    def propagate(self) -> bool:
+    def read(self, slave: Slave, must_be_finite: bool) -> None:
+        """Read the outputs of a slave."""
+        slave.read()
+        if must_be_finite:
+            slave.check_finite(slave.outputs.get("Real"))
+
+    def record(self, time: float, row: NDArray[Any]) -> None:
+        """Record time and all outputs last read in a row: an array of one, of `dtype`."""
+        grouped = row.view(self._grouped)
+        grouped["time"] = time
+        for i, block in enumerate(self._blocks):
+            grouped[f"{i}"] = block.recorded()
+
+
+class Steps(NamedTuple):
+    """How a run steps: its coupling, start time and step in s, and whether a value that is not finite ends it."""
+
+    coupling: "Coupling"
+    start_time: float
+    step: float
+    must_be_finite: bool
+
+
+Coupling = Callable[[Exchange, int, "NDArray[np.float64] | None", Steps], None]
+
+
+class InPython:
+    """Advances the slaves of an exchange in Python: the reference for `in_c.InC`."""
+
+    def __init__(self, exchange: Exchange, steps: Steps) -> None:
+        self.exchange, self.steps = exchange, steps
+
+    def settle(self, given: NDArray[np.float64] | None) -> bool:
         """Hand initial outputs on until no value changes any more; tell whether that came to pass."""
-        before = None
-        for _ in range(PASSES + self.n_links):
-            for slave in self.slaves:
-                slave.read()
-            for slave in self.slaves:
-                self.feed(slave)
-            if before is not None and np.array_equal(before, self.values(), equal_nan=True):
+        exchange, rows = self.exchange, np.zeros(2, self.exchange.dtype)
+        for n in range(PASSES + exchange.n_links):
+            for slave in exchange.slaves:
+                exchange.read(slave, False)
+            for slave in exchange.slaves:
+                exchange.feed(slave, given, False)
+            exchange.record(0.0, rows[n % 2 : n % 2 + 1])
+            if n and rows[0].tobytes() == rows[1].tobytes():
                 return True
-            before = self.values()
         return False
 
-    def values(self) -> NDArray[np.float64]:
-        """Return all outputs last read, in the order of the results' columns."""
-        blocks = [block.values for slave in self.slaves for block in slave.outputs.values()]
-        return np.concatenate([np.zeros(0), *blocks])
+    def begin(self, row: NDArray[Any]) -> None:
+        """Read all outputs and record them in an array of one row; SlaveError if that fails."""
+        for slave in self.exchange.slaves:
+            self.exchange.read(slave, self.steps.must_be_finite)
+        self.exchange.record(self.steps.start_time, row)
 
+    def run(self, first: int, count: int, given: NDArray[np.float64] | None, every: int, rows: NDArray[Any]) -> None:
+        """Take `count` steps from the step `first` on; SlaveError if one fails, with its number.
 
-Coupling = Callable[[Exchange, float, float], None]
-
-Advance = Callable[[int, NDArray[np.float64]], None]
-"""Takes a step for each row of an array, the first of the number given, and records the outputs after it in the row.
-
-SlaveError if a call fails, with the number of the step; the rows before are filled.
-"""
-
-
-def in_python(exchange: Exchange, coupling: Coupling, start_time: float, step: float) -> Advance:
-    """Return what advances the slaves by a coupling: the reference for `in_c`."""
-
-    def advance(first: int, rows: NDArray[np.float64]) -> None:
-        for n, row in enumerate(rows, first):
+        The outputs are recorded, a row each, after steps whose number, counted from 1, is a multiple of `every`.
+        `given` has a row a step, of a number for each feed.
+        """
+        for n in range(first, first + count):
             try:
-                coupling(exchange, start_time + n * step, step)
+                self.steps.coupling(self.exchange, n, None if given is None else given[n - first], self.steps)
             except SlaveError as error:
                 error.step = n
                 raise
-            row[:] = exchange.values()
+            if (n + 1) % every == 0:
+                row = (n + 1) // every - first // every - 1
+                self.exchange.record(self.steps.start_time + (n + 1) * self.steps.step, rows[row : row + 1])
 
-    return advance
+
+def _advance(slave: Slave, n: int, steps: Steps) -> None:
+    parts, every = slave.rate
+    step = steps.step * every / parts
+    if (n + 1) % every == 0:
+        for part in range(parts):
+            slave.step(steps.start_time + (n + 1 - every) * steps.step + part * step, step)
 
 
-def jacobi(exchange: Exchange, time: float, step: float) -> None:
+def jacobi(exchange: Exchange, n: int, given: NDArray[np.float64] | None, steps: Steps) -> None:
     """Hand all outputs on, then step all: what every other master does. A connection delays by a step."""
     for slave in exchange.slaves:
-        exchange.feed(slave)
+        exchange.feed(slave, given, steps.must_be_finite)
     for slave in exchange.slaves:
-        slave.step(time, step)
+        _advance(slave, n, steps)
     for slave in exchange.slaves:
-        slave.read()
+        exchange.read(slave, steps.must_be_finite)
 
 
-def gauss_seidel(exchange: Exchange, time: float, step: float) -> None:
+def gauss_seidel(exchange: Exchange, n: int, given: NDArray[np.float64] | None, steps: Steps) -> None:
     """Feed and step one after the other, in the system's order: each sees the results of those before it."""
     for slave in exchange.slaves:
-        exchange.feed(slave)
-        slave.step(time, step)
-        slave.read()
+        exchange.feed(slave, given, steps.must_be_finite)
+        _advance(slave, n, steps)
+        exchange.read(slave, steps.must_be_finite)
 
 
 COUPLINGS: dict[str, Coupling] = {"jacobi": jacobi, "gauss-seidel": gauss_seidel}

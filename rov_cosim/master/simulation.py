@@ -1,28 +1,31 @@
 """The co-simulation master: from a wiring to a table of all outputs."""
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, chdir, contextmanager
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack, chdir
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 
 from ..errors import UserError
 from ..ssp.checks import problems_of
 from ..ssp.wiring import Wiring, WiringError
-from .exchange import Coupling, Exchange, in_python, jacobi
-from .in_c import in_c
+from .exchange import Coupling, Exchange, InPython, Steps, jacobi
+from .given import Given, problems_of_given
+from .in_c import InC, in_c
+from .instances import Instances, LoadError
 from .interrupts import deferred
-from .slave import Slave, SlaveError
-from .unpacked import Folders, unpacked
+from .memory import Memory
+from .slave import SlaveError
 
 Progress = Callable[[Iterable[int]], Iterable[int]]
 
 _BATCH = 0.02
 """Time in s that the steps between two looks at Ctrl-C take, about."""
+_MOST_GIVEN = 10_000
+"""Steps in a batch, for which values that are fed from outside are laid out."""
 
 
 class SimulationError(UserError):
@@ -39,8 +42,13 @@ def simulate(
     stop_time: float | None = None,
     progress: Progress = lambda steps: steps,
     warn: Callable[[str], None] = lambda message: None,
-    folders: Folders | None = None,
+    *,
+    instances: Instances | None = None,
+    inputs: NDArray[Any] | None = None,
+    output_interval: float | None = None,
+    allow_not_finite: bool = False,
     in_numpy: bool = False,
+    memory: Memory | None = None,
 ) -> NDArray[Any]:
     """Run a system from its start time and return the outputs as a structured array.
 
@@ -51,8 +59,12 @@ def simulate(
     stop_time : end of the run in s; the system's own if left out.
     progress : wraps the iterable of steps, for example ``tqdm``.
     warn : called with each warning of an FMU.
-    folders : where its FMUs lie `unpacked`, for many runs of them; they are unpacked for this run if left out.
+    instances : keeps its FMUs loaded, for many runs of them; they are loaded for this run if left out.
+    inputs : a table of unconnected inputs over time, as `given.problems_of_given` tells.
+    output_interval : time in s between two rows, a multiple of the step; each step has one if left out.
+    allow_not_finite : go on when an output is not finite.
     in_numpy : step in Python, not in C where there is a compiler; the results are the same to the last bit.
+    memory : where results are kept; if left out in memory, or in a temporary file if they are many.
 
     Returns
     -------
@@ -64,89 +76,110 @@ def simulate(
     WiringError : the system cannot run, or not to this stop time.
     """
     wiring = wiring if stop_time is None else replace(wiring, stop_time=stop_time)
-    if problems := problems_of(wiring):
+    problems = problems_of(wiring) + list(() if inputs is None else problems_of_given(inputs, wiring))
+    every = 1 if output_interval is None else round(output_interval / wiring.step_size)
+    if output_interval is not None and not (every and np.isclose(every * wiring.step_size, output_interval, rtol=1e-6)):
+        problems.append(f"The output interval is {output_interval:g} s; expected a multiple of {wiring.step_size:g} s.")
+    if problems:
         raise WiringError(wiring.name, problems)
     n_steps = int(np.floor((wiring.stop_time - wiring.start_time) / wiring.step_size * (1 + 1e-9)))
     end = wiring.start_time + n_steps * wiring.step_size
     if wiring.stop_time - end > 1e-6 * wiring.step_size:
         warn(f"The run ends at {end:.9g} s, the last whole step before {wiring.stop_time:.9g} s.")
-    rows = np.empty((n_steps + 1, 0))
-    done = 0
-    fields: list[tuple[str, type]] = []
-    with instantiated(wiring, warn, folders) as slaves, deferred() as interrupted:
+    given, memory = Given(inputs, wiring) if inputs is not None else None, memory or Memory()
+    steps = Steps(coupling, wiring.start_time, wiring.step_size, not allow_not_finite)
+    run = _Run(steps, n_steps, every, given, memory)
+    with ExitStack() as stack:
+        interrupted = stack.enter_context(deferred())
+        stack.enter_context(chdir("."))  # an FMU may change the folder that one is in
+        instances = instances or stack.enter_context(Instances(wiring))
+        stack.callback(instances.free)
         try:
-            for slave in slaves:
-                slave.prepare(wiring)
-            exchange = Exchange(slaves, wiring.links)
-            fields = [field for slave in slaves for field in slave.fields]
-            rows = np.empty((n_steps + 1, len(fields)))
-            initialize(exchange, wiring.start_time)
-            rows[0], done = exchange.values(), 1
-            how = (exchange, coupling, wiring.start_time, wiring.step_size)
-            advance = (None if in_numpy else in_c(*how)) or in_python(*how)
-            ready, batch = 0, 1
-            for n in progress(range(n_steps)):
-                if interrupted:
-                    raise KeyboardInterrupt
-                if n == ready:
-                    begin, ready = perf_counter(), min(ready + batch, n_steps)
-                    advance(n, rows[n + 1 : ready + 1])
-                    batch = 2 * batch if perf_counter() - begin < _BATCH else max(batch // 2, 1)
-                done = n + 2
-            for slave in slaves:
-                slave.fmu.terminate()
-        except FMICallException as error:
-            if isinstance(error, SlaveError) and error.step is not None:
-                done = error.step + 1
-            raise SimulationError(_explain(slaves, error, wiring), _table(rows[:done], fields, wiring)) from error
+            run.begin(instances.exchange(wiring, given.ends if given else (), warn, memory.watch), in_numpy)
+            run.take_steps(progress, interrupted)
+            for slave in run.exchange.slaves:
+                slave.call("terminate")
+        except LoadError as error:
+            raise SimulationError(str(error), run.results) from error
+        except SlaveError as error:
+            raise SimulationError(_explained(error, wiring), run.results) from error
         except KeyboardInterrupt:
-            time = wiring.start_time + max(0, done - 1) * wiring.step_size
-            raise SimulationError(f"Interrupted at {time:.6g} s.", _table(rows[:done], fields, wiring), True) from None
-    return _table(rows, fields, wiring)
+            time = wiring.start_time + run.done * wiring.step_size
+            raise SimulationError(f"Interrupted at {time:.6g} s.", run.results, True) from None
+    return run.results
 
 
-def initialize(exchange: Exchange, start_time: float) -> None:
+class _Run:
+    """The steps of one run, and the rows recorded so far."""
+
+    def __init__(self, steps: Steps, n_steps: int, every: int, given: Given | None, memory: Memory) -> None:
+        self.exchange: Exchange
+        self._loop: InPython | InC
+        self.done = 0
+        self._steps, self._n_steps, self._every, self._given, self._memory = steps, n_steps, every, given, memory
+        self._rows = np.zeros(0, [("time", np.float64)])
+
+    @property
+    def results(self) -> NDArray[Any]:
+        """The rows recorded so far."""
+        return self._rows[: self.done // self._every + 1]
+
+    def begin(self, exchange: Exchange, in_numpy: bool) -> None:
+        """Take the slaves through their initialization, and record the first row."""
+        self.exchange = exchange
+        loop = None if in_numpy else in_c(exchange, self._steps, self._memory.watch)
+        self._loop = loop or InPython(exchange, self._steps)
+        initialize(exchange, self._loop, self._steps.start_time, self._values(0, 1))
+        rows = self._memory.rows(self._n_steps // self._every + 1, exchange.dtype)
+        self._loop.begin(rows[:1])
+        self._rows = rows
+
+    def take_steps(self, progress: Progress, interrupted: list[int]) -> None:
+        """Take all steps, a batch at a time."""
+        batch, ready = 1, 0
+        for n in progress(range(self._n_steps)):
+            if interrupted:
+                raise KeyboardInterrupt
+            if n == ready:
+                begin, ready = perf_counter(), min(ready + batch, self._n_steps)
+                self._advance(n, ready)
+                batch = 2 * batch if perf_counter() - begin < _BATCH else max(batch // 2, 1)
+                batch = min(batch, _MOST_GIVEN) if self._given else batch
+            self.done = n + 1
+
+    def _advance(self, first: int, end: int) -> None:
+        rows = self._rows[first // self._every + 1 : end // self._every + 1]
+        try:
+            self._loop.run(first, end - first, self._values(first, end), self._every, rows)
+        except SlaveError as error:
+            self.done = first if error.step is None else error.step
+            raise
+        except KeyboardInterrupt:
+            self.done = self._memory.watch.step
+            raise
+
+    def _values(self, first: int, end: int) -> NDArray[np.float64] | None:
+        """Return what is fed from outside at the beginning of some steps, a row a step."""
+        if self._given is None:
+            return None
+        times = self._steps.start_time + np.arange(first, end, dtype=np.float64) * self._steps.step
+        return self._given.at(times)
+
+
+def initialize(
+    exchange: Exchange, loop: InPython | InC, start_time: float, given: NDArray[np.float64] | None = None
+) -> None:
     """Take the slaves through their initialization, with the values that the links hand on."""
     for slave in exchange.slaves:
-        slave.fmu.setupExperiment(startTime=start_time)
-        slave.fmu.enterInitializationMode()
-    if not exchange.propagate():
+        slave.call("setupExperiment", startTime=start_time)
+        slave.call("enterInitializationMode")
+    if not loop.settle(given):
         raise SimulationError("The initial values do not settle: they depend on each other in a loop.", np.empty(0))
     for slave in exchange.slaves:
-        slave.fmu.exitInitializationMode()
-    for slave in exchange.slaves:
-        slave.read()
+        slave.call("exitInitializationMode")
 
 
-@contextmanager
-def instantiated(wiring: Wiring, warn: Callable[[str], None], folders: Folders | None = None) -> Iterator[list[Slave]]:
-    """Yield the slaves of a system, instantiated, and free them afterwards; `folders` as in `simulate`."""
-    slaves: list[Slave] = []
-    # An FMU may change the folder that one is in, and FMPy stays in that of a library that does not load.
-    with chdir("."), ExitStack() as stack:
-        folders = stack.enter_context(unpacked(wiring)) if folders is None else folders
-        for element in wiring.elements:
-            try:
-                slave = Slave(element, folders[element.name, element.fmu], warn)
-            except Exception as error:  # FMPy raises plain exceptions when a library does not load
-                raise SimulationError(f"{element.name}: the FMU cannot be loaded: {error}", np.empty(0)) from error
-            stack.callback(slave.fmu.freeInstance)
-            slaves.append(slave)
-        yield slaves
-
-
-def _explain(slaves: list[Slave], error: FMICallException, wiring: Wiring) -> str:
-    """Return what the failing FMU logged, or else which call of which FMU failed, and when."""
-    messages = [f"{slave.element.name}: {text}" for slave in slaves for text in dict.fromkeys(slave.errors)]
-    if messages or not isinstance(error, SlaveError):
-        return " ".join(messages) or str(error)
+def _explained(error: SlaveError, wiring: Wiring) -> str:
+    """Return what went wrong, after the element and the time, in words."""
     when = "" if error.step is None else f"At {wiring.start_time + error.step * wiring.step_size:.9g} s: "
     return f"{error.slave.element.name}: {when}{error}"
-
-
-def _table(rows: NDArray[np.float64], fields: list[tuple[str, type]], wiring: Wiring) -> NDArray[Any]:
-    table = np.empty(len(rows), dtype=[("time", np.float64), *fields])
-    table["time"] = wiring.start_time + np.arange(len(rows)) * wiring.step_size
-    for column, (name, _) in enumerate(fields):
-        table[name] = rows[:, column]
-    return table

@@ -1,134 +1,204 @@
 """One FMU of a system: FMPy's FMU2Slave, its values in preallocated arrays, its log."""
 
-from collections.abc import Callable
-from ctypes import POINTER, c_double, c_int, c_uint32, cast
+from collections.abc import Callable, Collection
+from ctypes import POINTER, c_char_p, c_double, c_int, c_uint32, cast
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmpy import calloc, free
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import (
-    FMU2Slave,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-    fmi2True,
-    fmi2Warning,
-)
+from fmpy.fmi2 import FMU2Slave, fmi2True
 from fmpy.model_description import ModelVariable
+from numpy.typing import NDArray
 
-from ..ssp.wiring import Element, Wiring
+from ..ssp.rates import Rate
+from ..ssp.wiring import Element
+from .log import Log
+from .memory import Watch
 
-TYPES = ("Real", "Integer", "Boolean")
-_CTYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
-_DTYPES: dict[str, type] = {"Real": np.float64, "Integer": np.int32, "Boolean": np.bool_}
+TYPES = ("Real", "Integer", "Boolean", "String")
+"""By which functions values are set and read: those of an Enumeration are the Integers'."""
+TEXT_SIZE = 64
+"""Bytes of a String that are recorded, of UTF-8."""
+_CTYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
+_DTYPES: dict[str, Any] = {"Real": np.float64, "Integer": np.int32, "Boolean": np.bool_, "String": f"S{TEXT_SIZE}"}
+
+_STATUSES = {2: "discard", 3: "error", 4: "fatal", 5: "pending"}
+
+
+class SlaveError(Exception):
+    """What an FMU did wrong, in words; `step` is the number of the step in which, None before and after all steps."""
+
+    def __init__(self, slave: "Slave", what: str, step: int | None = None) -> None:
+        super().__init__(what)
+        self.slave, self.step = slave, step
 
 
 class Block:
     """Some variables of one type of one FMU, and the memory through which they are read or set."""
 
-    def __init__(self, fmu: FMU2Slave, type_: str, variables: list[ModelVariable]) -> None:
+    def __init__(self, type_: str, variables: list[ModelVariable]) -> None:
         n = len(variables)
+        self.type, self.names = type_, [variable.name for variable in variables]
         self.references = (c_uint32 * n)(*(variable.valueReference for variable in variables))
-        self.names = [variable.name for variable in variables]
-        memory = (_CTYPES[type_] * n)()
-        self.values = np.frombuffer(memory, dtype=np.dtype(_CTYPES[type_]))
-        self._get, self._set = getattr(fmu, f"fmi2Get{type_}"), getattr(fmu, f"fmi2Set{type_}")
-        self._arguments = (fmu.component, self.references, n, cast(memory, POINTER(_CTYPES[type_])))
+        self.memory = (_CTYPES[type_] * n)()
+        self.values = np.frombuffer(self.memory, dtype=np.uintp if type_ == "String" else np.dtype(_CTYPES[type_]))
+        self.dtype = np.dtype((_DTYPES[type_], (n,)))
+        self._pointer = cast(self.memory, POINTER(_CTYPES[type_]))
 
-    def read(self) -> None:
-        """Read the values from the FMU."""
-        self._get(*self._arguments)
+    def arguments(self, fmu: FMU2Slave) -> tuple[Any, ...]:
+        """Return the arguments of the functions that read and set them."""
+        return fmu.component, self.references, len(self.names), self._pointer
 
-    def write(self) -> None:
-        """Set the values in the FMU."""
-        self._set(*self._arguments)
-
-
-class SlaveError(FMICallException):
-    """A call of an FMU failed in a step; `step` is its number once it is known."""
-
-    def __init__(self, slave: "Slave", function: str, status: int, step: int | None = None) -> None:
-        super().__init__(function, status)
-        self.slave, self.step = slave, step
+    def recorded(self) -> NDArray[Any]:
+        """Return the values as they are recorded."""
+        if self.type != "String":
+            return self.values
+        return np.array([(text or b"")[:TEXT_SIZE] for text in self.memory], dtype=self.dtype.base)
 
 
 class Slave:
-    """An instantiated FMU of a system, from the folder where it lies unpacked."""
+    """An FMU of a system, loaded from the folder where it lies unpacked, and its instance.
 
-    def __init__(self, element: Element, folder: Path, warn: Callable[[str], None]) -> None:
-        self.element = element
-        self.errors: list[str] = []
+    `number` is its place in the system; `watch` is told what it is called for.
+    """
+
+    def __init__(
+        self,
+        element: Element,
+        folder: Path,
+        warn: Callable[[str], None],
+        watch: Watch | None = None,
+        number: int = 0,
+        rate: Rate | None = None,
+    ) -> None:
+        self.number, self.watch, self.rate = number, watch or Watch(), rate or Rate()
         description = element.description
+        self._at("l")
         self.fmu = FMU2Slave(
             instanceName=element.name,
             guid=description.guid,
             modelIdentifier=description.coSimulation.modelIdentifier,
             unzipDirectory=str(folder),
         )
-
-        def log(_: object, name: bytes, status: int, category: bytes, message: bytes) -> None:
-            text = message.decode(errors="replace")
-            if status > fmi2Warning:
-                self.errors.append(text.splitlines()[-1] if text else "")
-            elif status == fmi2Warning:
-                warn(f"{element.name}: {text}")
-
-        self._callbacks = fmi2CallbackFunctions()
-        self._callbacks.logger = fmi2CallbackLoggerTYPE(log)
-        self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
-        self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
-        self.fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
         self.outputs: dict[str, Block] = {}
         self.inputs: dict[str, Block] = {}
+        self.instantiate(element, warn)
 
-    def prepare(self, wiring: Wiring) -> None:
-        """Set the start values and lay out the memory of outputs and connected inputs."""
-        variables = self.element.variables
-        for name, value in self.element.start_values.items():
-            variable = variables[name]
-            getattr(self.fmu, f"set{variable.type}")([variable.valueReference], [value])
-        connected = {link.target.variable for link in wiring.links if link.target.element == self.element.name}
-        for type_ in _CTYPES:
-            of_type = [v for v in variables.values() if v.type == type_]
+    def instantiate(self, element: Element, warn: Callable[[str], None]) -> None:
+        """Make an instance, in place of an earlier one if there was; its element may have other start values."""
+        self.element = element
+        self._log = Log(element.name, warn)
+        self.errors = self._log.errors
+        self._at("i")
+        try:
+            self.fmu.instantiate(callbacks=self._log.callbacks, loggingOn=True)
+        except Exception as error:  # a plain one of FMPy's
+            raise SlaveError(self, " ".join(self.errors) or f"{error} (fmi2Instantiate)") from error
+
+    def free(self) -> None:
+        """Free the instance; the library stays loaded."""
+        self._at("F")
+        self.fmu.fmi2FreeInstance(self.fmu.component)
+        self.fmu.component = None
+
+    def unload(self) -> None:
+        """Free the instance if there is one, and unload the library."""
+        if self.fmu.component is not None:
+            self.free()
+        self.fmu.freeLibrary()
+
+    def lay_out(self, fed: Collection[str]) -> None:
+        """Lay out the memory of the outputs, and of the inputs that are fed."""
+        self.outputs, self.inputs = {}, {}
+        variables = self.element.variables.values()
+        for type_ in TYPES:
+            of_type = [v for v in variables if v.type == type_ or (type_ == "Integer" and v.type == "Enumeration")]
             if outputs := [v for v in of_type if v.causality == "output"]:
-                self.outputs[type_] = Block(self.fmu, type_, outputs)
-            if inputs := [v for v in of_type if v.name in connected]:
-                self.inputs[type_] = Block(self.fmu, type_, inputs)
+                self.outputs[type_] = Block(type_, outputs)
+            if inputs := [v for v in of_type if v.name in fed]:
+                self.inputs[type_] = Block(type_, inputs)
+
+    def set_start_values(self) -> None:
+        """Set what differs from the FMU's own start values; SlaveError if that fails, as in all that follows."""
+        self._at("s")
+        for name, value in self.element.start_values.items():
+            variable = self.element.variables[name]
+            type_ = "Integer" if variable.type == "Enumeration" else variable.type
+            try:
+                getattr(self.fmu, f"set{type_}")([variable.valueReference], [value])
+            except FMICallException as error:
+                raise self.failed(error.function, error.status) from error
+
+    def call(self, function: str, **arguments: Any) -> None:
+        """Call a function of the FMU's life by FMPy's name, for example ``terminate``."""
+        self._at(CALLS[function])
+        try:
+            getattr(self.fmu, function)(**arguments)
+        except FMICallException as error:
+            raise self.failed(error.function, error.status) from error
 
     def read(self) -> None:
-        """Read all outputs; SlaveError if that fails, as the next two."""
-        try:
-            for block in self.outputs.values():
-                block.read()
-        except FMICallException as error:
-            raise self._named(error) from error
+        """Read all outputs."""
+        self._transfer("Get", self.outputs)
 
     def write(self) -> None:
-        """Set all connected inputs."""
-        try:
-            for block in self.inputs.values():
-                block.write()
-        except FMICallException as error:
-            raise self._named(error) from error
+        """Set all inputs that are fed."""
+        self._transfer("Set", self.inputs)
 
     def step(self, time: float, step: float) -> None:
         """Advance from `time` by `step`, in s."""
+        self._at("d")
         try:
             self.fmu.fmi2DoStep(self.fmu.component, time, step, fmi2True)
         except FMICallException as error:
-            raise self._named(error) from error
+            raise self.failed(error.function, error.status) from error
 
-    def _named(self, error: FMICallException) -> SlaveError:
-        return SlaveError(self, error.function, error.status)
+    def check_finite(self, block: Block | None) -> None:
+        """Raise SlaveError if a value of a block is not finite."""
+        if block is None or np.isfinite(block.values).all():
+            return
+        raise self.not_finite(block, int(np.flatnonzero(~np.isfinite(block.values))[0]))
+
+    def failed(self, function: str, status: int) -> SlaveError:
+        """Return what went wrong in a call: the reasons that the FMU logged, if it did."""
+        failure = FMICallException(function, status)
+        reasons = (
+            f"{' '.join(self.errors)} ({function}: {_STATUSES.get(status, status)})" if self.errors else str(failure)
+        )
+        return SlaveError(self, reasons)
+
+    def not_finite(self, block: Block, variable: int) -> SlaveError:
+        """Return what is wrong with a variable of a block that is not finite."""
+        what = "is fed" if block in self.inputs.values() else "is"
+        cure = "check what it follows from, or go on by --allow-not-finite"
+        return SlaveError(self, f"{block.names[variable]} {what} {block.values[variable]:g}: {cure}.")
+
+    def _transfer(self, way: str, blocks: dict[str, Block]) -> None:
+        self._at(way[0].lower())
+        for type_, block in blocks.items():
+            try:
+                getattr(self.fmu, f"fmi2{way}{type_}")(*block.arguments(self.fmu))
+            except FMICallException as error:
+                raise self.failed(error.function, error.status) from error
+
+    def _at(self, call: str) -> None:
+        self.watch.slave, self.watch.call = self.number, ord(call)
 
     @property
-    def fields(self) -> list[tuple[str, type]]:
+    def fields(self) -> list[tuple[str, Any]]:
         """Name and type of each output in the results, in the order of its values."""
         return [
             (f"{self.element.name}.{name}", _DTYPES[type_])
             for type_, block in self.outputs.items()
             for name in block.names
         ]
+
+
+CALLS = {
+    "setupExperiment": "p",
+    "enterInitializationMode": "e",
+    "exitInitializationMode": "x",
+    "terminate": "t",
+}
+"""The letter by which `Watch.call` names a function of the FMU's life."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 from fmpy.model_description import ModelVariable
 
+from .rates import fixed_step, rate_of
 from .units import conversion, units_of
 from .values import TYPES
 from .wiring import Element, End, Wiring, suggestion
@@ -15,7 +16,9 @@ MOST_STEPS = 10_000_000
 
 def problems_of(wiring: Wiring) -> list[str]:
     """Return a sentence for everything that keeps the system from running."""
-    return [*_element_problems(wiring), *_link_problems(wiring), *_experiment_problems(wiring)]
+    times = list(_experiment_problems(wiring))
+    rates = [] if times else _rate_problems(wiring)
+    return [*_element_problems(wiring), *_link_problems(wiring), *times, *rates]
 
 
 def _element_problems(wiring: Wiring) -> Iterable[str]:
@@ -71,6 +74,16 @@ def _experiment_problems(wiring: Wiring) -> Iterable[str]:
     elif (stop - start) / step > MOST_STEPS:
         n = (stop - start) / step
         yield f"The run has {n:.3g} steps; expected at most {MOST_STEPS:.3g}: take longer steps."
+
+
+def _rate_problems(wiring: Wiring) -> Iterable[str]:
+    for element in wiring.elements:
+        if rate_of(element, wiring.step_size) is None:
+            fixed = fixed_step(element)
+            yield (
+                f"{element.name} takes steps of {fixed:g} s alone (canHandleVariableCommunicationStepSize is false), "
+                f"the system steps by {wiring.step_size:g} s: one must divide the other, as by --step {fixed:g}."
+            )
 
 
 def _mismatches(where: str, from_: Element, source: ModelVariable, to: Element, target: ModelVariable) -> Iterable[str]:

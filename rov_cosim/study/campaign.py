@@ -15,6 +15,7 @@ from threading import Thread
 from typing import Any, NamedTuple
 
 from ..errors import UserError
+from ..master.instances import Instances
 from ..master.unpacked import Folders, unpacked
 from ..ssp.declaration import System, wire
 from ..ssp.wiring import Wiring, WiringError
@@ -121,8 +122,8 @@ def run_all(
     return so_far()
 
 
-def score_of(wiring: Wiring, trouble: str, folders: Folders | None = None) -> Score:
-    """Return the score of a loop in one of `TROUBLES`; `folders` as in `simulate`.
+def score_of(wiring: Wiring, trouble: str, instances: Instances | None = None) -> Score:
+    """Return the score of a loop in one of `TROUBLES`; `instances` as in `simulate`.
 
     Raises
     ------
@@ -130,7 +131,7 @@ def score_of(wiring: Wiring, trouble: str, folders: Folders | None = None) -> Sc
     """
     troubled = TROUBLES[trouble].applied(wiring)
     try:
-        done = simulated(troubled, progress=lambda steps: steps, folders=folders)
+        done = simulated(troubled, progress=lambda steps: steps, instances=instances)
     except WiringError as error:
         return Score("lost", reason=str(error))
     return done.score or Score("lost", reason="There is no vehicle with a pose eta in it.")
@@ -161,18 +162,18 @@ def _interrupts_blocked() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-_work: tuple[Loops, Folders] = {}, {}
+_work: tuple[Loops, Instances | None] = {}, None
 """What a process of the pool runs."""
 
 
 def _begin(loops: Loops, folders: Folders) -> None:
     global _work
-    _work = loops, folders
+    _work = loops, Instances(folders=folders)
     parent = parent_process()
     if parent:  # a process whose parent was killed would wait for ever
         Thread(target=lambda: (wait([parent.sentinel]), os._exit(1)), daemon=True).start()
 
 
 def _run(cell: Cell) -> Score:
-    loops, folders = _work
-    return score_of(loops[cell.vehicle, cell.controller], cell.trouble, folders)
+    loops, instances = _work
+    return score_of(loops[cell.vehicle, cell.controller], cell.trouble, instances)

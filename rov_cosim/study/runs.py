@@ -14,9 +14,9 @@ from tqdm import tqdm
 
 from ..exporters.build import project_root
 from ..master.exchange import COUPLINGS
+from ..master.instances import Instances
 from ..master.interrupts import terminate_as_interrupted
 from ..master.simulation import Progress, SimulationError, simulate
-from ..master.unpacked import Folders
 from ..ssp import reader
 from ..ssp.declaration import System, wire
 from ..ssp.wiring import Wiring
@@ -84,7 +84,7 @@ def simulated(
     stop_time: float | None = None,
     warn: Callable[[str], None] = lambda message: None,
     progress: Progress | None = None,
-    folders: Folders | None = None,
+    instances: Instances | None = None,
 ) -> Run:
     """Return the run of a system; one that fails, or is interrupted, has the results so far.
 
@@ -98,7 +98,7 @@ def simulated(
     options += [] if stop_time is None else [f"{plain(stop_time)}s"]
     name = file_name("+".join([wiring.name, *options]))
     try:
-        results = simulate(wiring, COUPLINGS[coupling], stop_time, progress or _progress, warn, folders)
+        results = simulate(wiring, COUPLINGS[coupling], stop_time, progress or _progress, warn, instances=instances)
     except SimulationError as error:
         return Run(name, wiring, error.results, str(error), error.is_interrupted)
     return Run(name, wiring, results)

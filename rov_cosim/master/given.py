@@ -1,0 +1,59 @@
+"""Inputs of a system that are fed from a table over time, as FMPy feeds them."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ssp.wiring import End, Wiring, suggestion
+
+_FED = ("Real", "Integer", "Boolean", "Enumeration")
+
+
+def problems_of_given(table: NDArray[Any], wiring: Wiring) -> Iterator[str]:
+    """Yield a sentence for everything that keeps a table from feeding a system.
+
+    A table is a structured array: first the time in s, then a field for each input, ``element.variable``.
+    """
+    names = table.dtype.names or ()
+    if not names or names[0] != "time" or len(table) < 1:
+        yield "The table of inputs has no rows, or its first column is not `time`."
+        return
+    variables = {f"{e.name}.{v.name}": v for e in wiring.elements for v in e.variables.values()}
+    for name in names[1:]:
+        variable = variables.get(name)
+        if variable is None:
+            yield f"The table of inputs: there is no variable {name}." + suggestion(name, variables)
+        elif variable.causality != "input" or variable.type not in _FED:
+            yield f"The table of inputs: {name} is a {variable.type} {variable.causality}; expected an input."
+        elif link := wiring.link_to(name):
+            yield f"The table of inputs: {name} is connected: its value comes from {link.source}."
+    for name in names:
+        if table.dtype[name].kind not in "fiub" or not np.isfinite(table[name]).all():
+            yield f"The table of inputs: the column {name} has a value that is not a finite number."
+        elif name == "time" and (np.diff(table["time"]) < 0).any():
+            yield "The table of inputs: the time goes back; expected rows in order of time."
+
+
+class Given:
+    """The values of inputs over time: Reals that are continuous between two rows linear, the rest held.
+
+    Before the first row its values hold, after the last one those.
+    """
+
+    def __init__(self, table: NDArray[Any], wiring: Wiring) -> None:
+        self.ends = [End(*name.split(".", 1)) for name in (table.dtype.names or ())[1:]]
+        elements = {element.name: element for element in wiring.elements}
+        variables = [elements[end.element].variables[end.variable] for end in self.ends]
+        self._linear = [v.type == "Real" and v.variability in (None, "continuous") for v in variables]
+        self._time = np.asarray(table["time"], np.float64)
+        self._columns = [np.asarray(table[str(end)], np.float64) for end in self.ends]
+
+    def at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the values at some times in s, a row a time, a column for each of `ends`."""
+        values = np.empty((len(times), len(self.ends)))
+        held = np.maximum(np.searchsorted(self._time, times, side="right") - 1, 0)
+        for i, (column, is_linear) in enumerate(zip(self._columns, self._linear, strict=True)):
+            values[:, i] = np.interp(times, self._time, column) if is_linear else column[held]
+        return values

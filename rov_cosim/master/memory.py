@@ -1,0 +1,71 @@
+"""Where a run keeps its results and tells where it is: in this process, or in files that another reads along."""
+
+import mmap
+from contextlib import suppress
+from ctypes import Structure, c_int, c_size_t
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+LARGEST = 256_000_000
+"""Bytes of results beyond which they are kept in a temporary file, not in memory."""
+
+
+class Watch(Structure):
+    """Where a run is, and the word for it to stop; as in c/loop.h, and by which other letters `slave.CALLS` tells.
+
+    Of `call` besides: ``l`` the library is loaded, ``i`` instantiated, ``F`` freed.
+    """
+
+    _fields_ = (
+        ("step", c_size_t),
+        ("slave", c_size_t),
+        ("type", c_size_t),
+        ("variable", c_size_t),
+        ("call", c_int),
+        ("status", c_int),
+        ("stop", c_int),
+    )
+
+
+class Memory:
+    """The memory of one run; in files of a folder if it is given, where `seen` of another process finds it."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self._folder = folder
+        self.watch = Watch()
+        if folder:
+            self.watch = Watch.from_buffer(_mapped(folder / "watch", np.dtype(Watch).itemsize))
+
+    def rows(self, n: int, dtype: np.dtype[Any]) -> NDArray[Any]:
+        """Return room for so many rows."""
+        size = n * dtype.itemsize
+        if self._folder:
+            np.save(self._folder / "dtype.npy", np.zeros(0, dtype))
+            return np.frombuffer(_mapped(self._folder / "rows", max(size, 1)), dtype, n)
+        if size <= LARGEST:
+            return np.zeros(n, dtype)
+        with TemporaryFile(prefix="rov_cosim_") as file:
+            file.truncate(size)
+            return np.frombuffer(mmap.mmap(file.fileno(), size), dtype, n)
+
+
+def seen(folder: Path) -> tuple[Watch, NDArray[Any]]:
+    """Return where a run that keeps its memory in a folder is, and all its rows, those to come too."""
+    watch, rows = Watch(), np.zeros(0, [("time", np.float64)])
+    with suppress(FileNotFoundError):
+        watch = Watch.from_buffer(_mapped(folder / "watch", 0))
+        dtype = np.load(folder / "dtype.npy").dtype
+        rows = np.frombuffer(_mapped(folder / "rows", 0), dtype)
+    return watch, rows
+
+
+def _mapped(path: Path, size: int) -> mmap.mmap:
+    """Return a file's memory; of an existing one all of it, if no size is given."""
+    with path.open("r+b" if not size else "w+b") as file:
+        if size:
+            file.truncate(size)
+        return mmap.mmap(file.fileno(), size)
