@@ -1,7 +1,8 @@
 """FMI co-simulation components that hold an underwater vehicle in place beside a structure.
 
 The names of the public API are loaded when they are used: `System` and `wire`, `Changes`, `opened` and `read_ssp`,
-`simulate` and `write_ssp`, `run`, `score`, and `SYSTEMS`. docs/API.md tells of them, with examples.
+`simulate`, `simulate_apart` and `write_ssp`, `Settings` and `run`, `score`, and `SYSTEMS`. docs/API.md tells of them,
+with examples.
 """
 
 from importlib import import_module
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from . import loaded as loaded
 
 if TYPE_CHECKING:
+    from .master.apart import simulate_apart
     from .master.simulation import SimulationError, simulate
     from .ssp.declaration import System, wire
     from .ssp.reader import opened as read_ssp
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from .study.changes import Changes
     from .study.runs import Run, opened, run
     from .study.scores import Score, score
+    from .study.settings import Settings
     from .systems.catalogue import SYSTEMS
 
 __version__ = _version("rov-cosim")
@@ -28,6 +31,7 @@ _HOMES = {
     "Run": "study.runs",
     "SYSTEMS": "systems.catalogue",
     "Score": "study.scores",
+    "Settings": "study.settings",
     "SimulationError": "master.simulation",
     "System": "ssp.declaration",
     "Wiring": "ssp.wiring",
@@ -37,6 +41,7 @@ _HOMES = {
     "run": "study.runs",
     "score": "study.scores",
     "simulate": "master.simulation",
+    "simulate_apart": "master.apart",
     "wire": "ssp.declaration",
     "write_ssp": "ssp.writer:write",
 }
@@ -45,6 +50,7 @@ __all__ = [
     "Changes",
     "Run",
     "Score",
+    "Settings",
     "SimulationError",
     "System",
     "Wiring",
@@ -54,6 +60,7 @@ __all__ = [
     "run",
     "score",
     "simulate",
+    "simulate_apart",
     "wire",
     "write_ssp",
 ]

@@ -79,8 +79,8 @@ def test_components_know_numpy_alone():
 
 def test_a_run_up_to_its_table_loads_neither_matplotlib_nor_what_builds(fmus):
     script = (
-        "import sys; from rov_cosim.study.runs import opened, simulated; from rov_cosim import SYSTEMS\n"
-        "with opened(SYSTEMS['station_keeping']) as wiring: simulated(wiring, stop_time=0.3)\n"
+        "import sys; from rov_cosim.study.runs import opened, simulated; from rov_cosim import SYSTEMS, Settings\n"
+        "with opened(SYSTEMS['station_keeping']) as wiring: simulated(wiring, Settings(stop_time=0.3))\n"
         "print(*sorted({name.split('.')[0] for name in sys.modules}))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, encoding="utf-8", check=True)

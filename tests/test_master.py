@@ -73,9 +73,10 @@ def test_an_interrupted_run_keeps_its_results(plain_gain, tmp_path):
                 raise KeyboardInterrupt
             yield n
 
-    with pytest.raises(SimulationError, match=r"Interrupted at 0\.15 s") as caught:
+    with pytest.raises(SimulationError, match="Interrupted at ") as caught:
         simulate(chain(plain_gain, tmp_path), progress=stop)
-    assert len(caught.value.results) == 6
+    assert caught.value.results["time"][-1] >= 0.15
+    assert f"at {caught.value.results['time'][-1]:g} s" in str(caught.value)
 
 
 def test_the_reason_of_a_failing_component_is_in_the_error(archives):

@@ -21,6 +21,7 @@ from rov_cosim.study.csv_table import write_csv
 from rov_cosim.study.nominal import DoesNotApplyError
 from rov_cosim.study.runs import file_name, opened, simulated
 from rov_cosim.study.screen import counted
+from rov_cosim.study.settings import Settings
 from rov_cosim.study.troubles import TROUBLES
 from rov_cosim.systems.catalogue import SYSTEMS
 from typed import call, ok
@@ -30,7 +31,7 @@ PAPER = SYSTEMS["station_keeping"]
 
 def run(system, changes=None, **options):
     with opened(system, changes) as wiring:
-        return simulated(wiring, **options)
+        return simulated(wiring, Settings(**options))
 
 
 def test_a_csv_has_the_bytes_of_fmpys(fmus, tmp_path):

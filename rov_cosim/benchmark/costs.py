@@ -16,6 +16,7 @@ from ..components.interface import SAMPLE_TIME, Component, Continuous
 from ..exporters import native_export, zig
 from ..master.exchange import InPython, Steps, jacobi
 from ..master.instances import Instances
+from ..master.memory import Watch
 from ..master.simulation import initialize, simulate
 from ..master.slave import Slave
 from ..master.unpacked import Folders
@@ -55,7 +56,7 @@ def from_python(wiring: Wiring, steps: int) -> dict[str, list[float]]:
     costs: dict[str, list[float]] = {}
     with Instances(wiring) as instances:
         exchange = instances.exchange(wiring, (), lambda message: None)
-        loop = InPython(exchange, Steps(jacobi, wiring.start_time, wiring.step_size, True))
+        loop = InPython(exchange, Steps(jacobi, wiring.start_time, wiring.step_size, True), Watch())
         initialize(exchange, loop, wiring.start_time)
         for slave in exchange.slaves:
             time = count(0)

@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -16,8 +16,11 @@ from ..ssp.declaration import System
 from ..ssp.wiring import suggestion
 from ..study.changes import Changes
 from ..study.scores import VERDICTS, Score, Verdict
+from ..study.settings import Settings
 from ..study.troubles import TROUBLES
 from ..systems.catalogue import SYSTEMS
+
+_POSITIVE = click.FloatRange(min=0, min_open=True)
 
 
 class SystemType(click.ParamType[System | Path]):
@@ -110,14 +113,6 @@ def gate(scores: Mapping[str, Score | None], worst: str) -> None:
         raise click.ClickException("; ".join(failed))
 
 
-coupling = click.option(
-    "--coupling",
-    type=click.Choice(list(COUPLINGS)),
-    default="jacobi",
-    show_default=True,
-    help="How values are handed on.",
-)
-stop_time = click.option("--stop-time", type=click.FloatRange(min=0, min_open=True), help="End of the run in s.")
 export = click.option(
     "--export",
     type=click.Choice(EXPORTS),
@@ -145,6 +140,51 @@ trouble = click.option(
     metavar="NAME",
     help="What goes wrong; `rov-cosim troubles` lists. Several come together, but no two for one thing.",
 )
+
+
+_SETTINGS = [
+    click.option(
+        "--coupling",
+        type=click.Choice(list(COUPLINGS)),
+        default="jacobi",
+        show_default=True,
+        help="How values are handed on.",
+    ),
+    click.option("--start-time", type=float, help="Begin of the run in s."),
+    click.option("--stop-time", type=float, help="End of the run in s."),
+    click.option("--step", type=_POSITIVE, help="Communication step in s."),
+    click.option(
+        "--output-interval", type=_POSITIVE, help="Time in s between two rows of the results; a step if left out."
+    ),
+    click.option(
+        "--input",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        help="CSV of unconnected inputs over time: columns time and ELEMENT.VARIABLE.",
+    ),
+    click.option("--allow-not-finite", is_flag=True, help="Go on when an output is not finite."),
+    click.option(
+        "--isolate/--no-isolate",
+        default=None,
+        help="Run the FMUs in a process of their own, which may crash or hang; if not said, those of others.",
+    ),
+    click.option(
+        "--timeout", type=_POSITIVE, help="Time in s that a call of an FMU may take, in a process of its own."
+    ),
+]
+
+
+def settings(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that tell how a run is taken, handed to the command as one `Settings`."""
+    names = [field.name for field in fields(Settings)]
+
+    @functools.wraps(command)
+    def gathered(**given: Any) -> None:
+        taken = {name: given.pop(name) for name in names}
+        if taken["timeout"] is not None and taken["isolate"] is False:
+            raise click.UsageError("--timeout needs a process of its own: leave out --no-isolate.")
+        command(settings=Settings(**taken), **given)
+
+    return functools.reduce(lambda wrapped, option: option(wrapped), reversed(_SETTINGS), gathered)
 
 
 fail_on = click.option(

@@ -28,6 +28,9 @@ STOP_TIME = 60.0
 """End in s of the default experiment."""
 
 # In the order of the status codes that they are for.
+GENERATION_TOOL = f"rov-cosim {version('rov-cosim')}"
+"""By what an FMU of this project is known."""
+
 LOG_CATEGORIES = {
     "logStatusWarning": "Something that the user should know, for example a detached arm",
     "logStatusDiscard": "A question without an answer: a derivative that is not finite, a status that there is not",
@@ -97,7 +100,7 @@ def describe(component: Component, **capabilities: bool) -> ModelDescription:
         version=version("rov-cosim"),
         license="MIT",
         copyright="Copyright (c) 2026 the rov-cosim authors",
-        generationTool=f"rov-cosim {version('rov-cosim')}",
+        generationTool=GENERATION_TOOL,
         generationDateAndTime="{:04d}-{:02d}-{:02d}T00:00:00Z".format(*RELEASED),
         variableNamingConvention="structured",
         logCategories=[Category(name, text) for name, text in LOG_CATEGORIES.items()],

@@ -1,12 +1,14 @@
 """How values go from FMU to FMU: the links of a system as copies between arrays, and the two couplings."""
 
 from collections.abc import Callable, Iterable
+from math import floor
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..ssp.wiring import End, Link
+from .memory import Watch
 from .slave import Slave, SlaveError
 
 PASSES = 100
@@ -33,6 +35,11 @@ class Feed(NamedTuple):
     receiver: int
     type: str
     to: int
+
+
+def rows_after(steps: int, spacing: float) -> int:
+    """Return how many rows there are after so many steps, but for the first row, with so many steps between two."""
+    return floor(steps / spacing + 1e-9)
 
 
 class Exchange:
@@ -70,7 +77,8 @@ class Exchange:
         for copy in self.copies:
             if copy.receiver == slave.number:
                 source = self.slaves[copy.sender].outputs[copy.type].values
-                slave.inputs[copy.type].values[copy.to] = copy.factors * source[copy.from_]
+                with np.errstate(over="ignore"):  # the check that follows tells
+                    slave.inputs[copy.type].values[copy.to] = copy.factors * source[copy.from_]
         for feed, value in zip(self.feeds, () if given is None else given, strict=given is not None):
             if feed.receiver == slave.number:
                 slave.inputs[feed.type].values[feed.to] = value
@@ -92,6 +100,10 @@ class Exchange:
             grouped[f"{i}"] = block.recorded()
 
 
+GivenRows = NDArray[np.float64] | None
+"""What is fed from outside: a row a step, of a number for each feed; None if nothing is."""
+
+
 class Steps(NamedTuple):
     """How a run steps: its coupling, start time and step in s, and whether a value that is not finite ends it."""
 
@@ -107,17 +119,21 @@ Coupling = Callable[[Exchange, int, "NDArray[np.float64] | None", Steps], None]
 class InPython:
     """Advances the slaves of an exchange in Python: the reference for `in_c.InC`."""
 
-    def __init__(self, exchange: Exchange, steps: Steps) -> None:
-        self.exchange, self.steps = exchange, steps
+    def __init__(self, exchange: Exchange, steps: Steps, watch: Watch) -> None:
+        self.exchange, self.steps, self.watch = exchange, steps, watch
 
-    def settle(self, given: NDArray[np.float64] | None) -> bool:
-        """Hand initial outputs on until no value changes any more; tell whether that came to pass."""
+    def settle(self, given: GivenRows) -> bool:
+        """Hand initial outputs on until no value changes any more; tell whether that came to pass.
+
+        `given` is as in `run`, of the first step alone.
+        """
         exchange, rows = self.exchange, np.zeros(2, self.exchange.dtype)
+        fed = None if given is None else given[0]
         for n in range(PASSES + exchange.n_links):
             for slave in exchange.slaves:
                 exchange.read(slave, False)
             for slave in exchange.slaves:
-                exchange.feed(slave, given, False)
+                exchange.feed(slave, fed, False)
             exchange.record(0.0, rows[n % 2 : n % 2 + 1])
             if n and rows[0].tobytes() == rows[1].tobytes():
                 return True
@@ -128,22 +144,24 @@ class InPython:
         for slave in self.exchange.slaves:
             self.exchange.read(slave, self.steps.must_be_finite)
         self.exchange.record(self.steps.start_time, row)
+        self.watch.recorded = 1
 
-    def run(self, first: int, count: int, given: NDArray[np.float64] | None, every: int, rows: NDArray[Any]) -> None:
+    def run(self, first: int, count: int, given: GivenRows, spacing: float, rows: NDArray[Any]) -> None:
         """Take `count` steps from the step `first` on; SlaveError if one fails, with its number.
 
-        The outputs are recorded, a row each, after steps whose number, counted from 1, is a multiple of `every`.
-        `given` has a row a step, of a number for each feed.
+        The outputs are recorded, a row each, after the first step at or beyond each multiple of `spacing` steps.
         """
         for n in range(first, first + count):
+            self.watch.step = n
             try:
                 self.steps.coupling(self.exchange, n, None if given is None else given[n - first], self.steps)
             except SlaveError as error:
                 error.step = n
                 raise
-            if (n + 1) % every == 0:
-                row = (n + 1) // every - first // every - 1
+            row = rows_after(n, spacing) - rows_after(first, spacing)
+            if rows_after(n + 1, spacing) > rows_after(n, spacing):
                 self.exchange.record(self.steps.start_time + (n + 1) * self.steps.step, rows[row : row + 1])
+                self.watch.recorded += 1
 
 
 def _advance(slave: Slave, n: int, steps: Steps) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..errors import UserError
 from ..exporters import archive, zig
 from ..exporters.build import project_root
-from .exchange import PASSES, Coupling, Exchange, Steps, gauss_seidel, jacobi
+from .exchange import PASSES, Coupling, Exchange, GivenRows, Steps, gauss_seidel, jacobi
 from .memory import Watch
 from .slave import TYPES, Block, SlaveError
 
@@ -98,7 +98,7 @@ class InC:
         tables = self._slaves, copies, feeds
         self._loop = _Loop(*sizes, *tables, steps.start_time, steps.step, steps.must_be_finite)
 
-    def settle(self, given: NDArray[np.float64] | None) -> bool:
+    def settle(self, given: GivenRows) -> bool:
         """As `InPython.settle`."""
         rows = np.zeros(2, self._exchange.dtype)
         passes = PASSES + self._exchange.n_links
@@ -112,10 +112,10 @@ class InC:
         if not self._library.begin(byref(self._loop), row.ctypes.data, byref(self._watch)):
             raise self._error(None)
 
-    def run(self, first: int, count: int, given: NDArray[np.float64] | None, every: int, rows: NDArray[Any]) -> None:
+    def run(self, first: int, count: int, given: GivenRows, spacing: float, rows: NDArray[Any]) -> None:
         """As `InPython.run`."""
         done = self._library.run(
-            byref(self._loop), first, count, _data(given), every, rows.ctypes.data, byref(self._watch)
+            byref(self._loop), first, count, _data(given), spacing, rows.ctypes.data, byref(self._watch)
         )
         if done < count:
             if not self._watch.call:
@@ -146,7 +146,7 @@ def _library() -> ctypes.CDLL | None:
     loaded.settle.argtypes = (c_void_p, c_size_t, c_void_p, c_void_p, c_void_p)
     loaded.begin.argtypes = (c_void_p, c_void_p, c_void_p)
     loaded.run.restype = c_size_t
-    loaded.run.argtypes = (c_void_p, c_size_t, c_size_t, c_void_p, c_size_t, c_void_p, c_void_p)
+    loaded.run.argtypes = (c_void_p, c_size_t, c_size_t, c_void_p, c_double, c_void_p, c_void_p)
     return loaded
 
 

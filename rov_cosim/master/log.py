@@ -46,10 +46,10 @@ class Log:
             lines = lines[-1:]
         text = " ".join(" ".join(lines).split()) + (" ..." if len(message) >= _LONGEST else "")
         if status > fmi2Warning:
-            if text not in self.errors and len(self.errors) < MOST_ERRORS:
+            if text and text not in self.errors and len(self.errors) < MOST_ERRORS:
                 self.errors.append(text)
         elif status == fmi2Warning:
-            self.warn(f"{self.element}: {text}")
+            self.warn(f"{self.element}: {text or 'a warning without words'}")
 
 
 def _log(
@@ -57,7 +57,7 @@ def _log(
 ) -> None:
     log = _logs.get(environment or 0)
     if log is None:  # an FMU that does not give back what it was given, but its name perhaps
-        log = next((log for log in _logs.values() if log.element.encode() == name), None)
+        log = next((log for _, log in sorted(_logs.items(), reverse=True) if log.element.encode() == name), None)
     if log is not None:
         log.take(status, message or b"")
 

@@ -1,7 +1,6 @@
 """Where a run keeps its results and tells where it is: in this process, or in files that another reads along."""
 
 import mmap
-from contextlib import suppress
 from ctypes import Structure, c_int, c_size_t
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -22,6 +21,7 @@ class Watch(Structure):
 
     _fields_ = (
         ("step", c_size_t),
+        ("recorded", c_size_t),
         ("slave", c_size_t),
         ("type", c_size_t),
         ("variable", c_size_t),
@@ -32,7 +32,7 @@ class Watch(Structure):
 
 
 class Memory:
-    """The memory of one run; in files of a folder if it is given, where `seen` of another process finds it."""
+    """The memory of one run; in files of a folder if it is given, where another process sees it."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self._folder = folder
@@ -53,14 +53,17 @@ class Memory:
             return np.frombuffer(mmap.mmap(file.fileno(), size), dtype, n)
 
 
-def seen(folder: Path) -> tuple[Watch, NDArray[Any]]:
-    """Return where a run that keeps its memory in a folder is, and all its rows, those to come too."""
-    watch, rows = Watch(), np.zeros(0, [("time", np.float64)])
-    with suppress(FileNotFoundError):
-        watch = Watch.from_buffer(_mapped(folder / "watch", 0))
-        dtype = np.load(folder / "dtype.npy").dtype
-        rows = np.frombuffer(_mapped(folder / "rows", 0), dtype)
-    return watch, rows
+def seen_watch(folder: Path) -> Watch:
+    """Return where the run is that keeps its memory in a folder; FileNotFoundError or ValueError before it began."""
+    return Watch.from_buffer(_mapped(folder / "watch", 0))
+
+
+def seen_rows(folder: Path) -> NDArray[Any]:
+    """Return all rows of the run that keeps its memory in a folder, those to come too."""
+    try:
+        return np.frombuffer(_mapped(folder / "rows", 0), np.load(folder / "dtype.npy").dtype)
+    except FileNotFoundError:
+        return np.zeros(0, [("time", np.float64)])
 
 
 def _mapped(path: Path, size: int) -> mmap.mmap:

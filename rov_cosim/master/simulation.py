@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..errors import UserError
 from ..ssp.checks import problems_of
 from ..ssp.wiring import Wiring, WiringError
-from .exchange import Coupling, Exchange, InPython, Steps, jacobi
+from .exchange import Coupling, Exchange, InPython, Steps, jacobi, rows_after
 from .given import Given, problems_of_given
 from .in_c import InC, in_c
 from .instances import Instances, LoadError
@@ -61,7 +61,8 @@ def simulate(
     warn : called with each warning of an FMU.
     instances : keeps its FMUs loaded, for many runs of them; they are loaded for this run if left out.
     inputs : a table of unconnected inputs over time, as `given.problems_of_given` tells.
-    output_interval : time in s between two rows, a multiple of the step; each step has one if left out.
+    output_interval : time in s; there is a row for the first step at or beyond each multiple of it, and for each step
+        if it is left out.
     allow_not_finite : go on when an output is not finite.
     in_numpy : step in Python, not in C where there is a compiler; the results are the same to the last bit.
     memory : where results are kept; if left out in memory, or in a temporary file if they are many.
@@ -77,9 +78,11 @@ def simulate(
     """
     wiring = wiring if stop_time is None else replace(wiring, stop_time=stop_time)
     problems = problems_of(wiring) + list(() if inputs is None else problems_of_given(inputs, wiring))
-    every = 1 if output_interval is None else round(output_interval / wiring.step_size)
-    if output_interval is not None and not (every and np.isclose(every * wiring.step_size, output_interval, rtol=1e-6)):
-        problems.append(f"The output interval is {output_interval:g} s; expected a multiple of {wiring.step_size:g} s.")
+    spacing = 1.0 if output_interval is None else output_interval / wiring.step_size
+    if not 1 - 1e-9 <= spacing < np.inf:
+        problems.append(
+            f"The output interval is {output_interval} s; expected at least a step of {wiring.step_size:g} s."
+        )
     if problems:
         raise WiringError(wiring.name, problems)
     n_steps = int(np.floor((wiring.stop_time - wiring.start_time) / wiring.step_size * (1 + 1e-9)))
@@ -88,7 +91,7 @@ def simulate(
         warn(f"The run ends at {end:.9g} s, the last whole step before {wiring.stop_time:.9g} s.")
     given, memory = Given(inputs, wiring) if inputs is not None else None, memory or Memory()
     steps = Steps(coupling, wiring.start_time, wiring.step_size, not allow_not_finite)
-    run = _Run(steps, n_steps, every, given, memory)
+    run = _Run(steps, n_steps, spacing, given, memory)
     with ExitStack() as stack:
         interrupted = stack.enter_context(deferred())
         stack.enter_context(chdir("."))  # an FMU may change the folder that one is in
@@ -104,7 +107,7 @@ def simulate(
         except SlaveError as error:
             raise SimulationError(_explained(error, wiring), run.results) from error
         except KeyboardInterrupt:
-            time = wiring.start_time + run.done * wiring.step_size
+            time = run.results["time"][-1] if len(run.results) else wiring.start_time
             raise SimulationError(f"Interrupted at {time:.6g} s.", run.results, True) from None
     return run.results
 
@@ -112,25 +115,24 @@ def simulate(
 class _Run:
     """The steps of one run, and the rows recorded so far."""
 
-    def __init__(self, steps: Steps, n_steps: int, every: int, given: Given | None, memory: Memory) -> None:
+    def __init__(self, steps: Steps, n_steps: int, spacing: float, given: Given | None, memory: Memory) -> None:
         self.exchange: Exchange
         self._loop: InPython | InC
-        self.done = 0
-        self._steps, self._n_steps, self._every, self._given, self._memory = steps, n_steps, every, given, memory
+        self._steps, self._n_steps, self._spacing, self._given, self._memory = steps, n_steps, spacing, given, memory
         self._rows = np.zeros(0, [("time", np.float64)])
 
     @property
     def results(self) -> NDArray[Any]:
         """The rows recorded so far."""
-        return self._rows[: self.done // self._every + 1]
+        return self._rows[: self._memory.watch.recorded]
 
     def begin(self, exchange: Exchange, in_numpy: bool) -> None:
         """Take the slaves through their initialization, and record the first row."""
         self.exchange = exchange
         loop = None if in_numpy else in_c(exchange, self._steps, self._memory.watch)
-        self._loop = loop or InPython(exchange, self._steps)
+        self._loop = loop or InPython(exchange, self._steps, self._memory.watch)
         initialize(exchange, self._loop, self._steps.start_time, self._values(0, 1))
-        rows = self._memory.rows(self._n_steps // self._every + 1, exchange.dtype)
+        rows = self._memory.rows(rows_after(self._n_steps, self._spacing) + 1, exchange.dtype)
         self._loop.begin(rows[:1])
         self._rows = rows
 
@@ -142,21 +144,10 @@ class _Run:
                 raise KeyboardInterrupt
             if n == ready:
                 begin, ready = perf_counter(), min(ready + batch, self._n_steps)
-                self._advance(n, ready)
+                rows = self._rows[rows_after(n, self._spacing) + 1 : rows_after(ready, self._spacing) + 1]
+                self._loop.run(n, ready - n, self._values(n, ready), self._spacing, rows)
                 batch = 2 * batch if perf_counter() - begin < _BATCH else max(batch // 2, 1)
                 batch = min(batch, _MOST_GIVEN) if self._given else batch
-            self.done = n + 1
-
-    def _advance(self, first: int, end: int) -> None:
-        rows = self._rows[first // self._every + 1 : end // self._every + 1]
-        try:
-            self._loop.run(first, end - first, self._values(first, end), self._every, rows)
-        except SlaveError as error:
-            self.done = first if error.step is None else error.step
-            raise
-        except KeyboardInterrupt:
-            self.done = self._memory.watch.step
-            raise
 
     def _values(self, first: int, end: int) -> NDArray[np.float64] | None:
         """Return what is fed from outside at the beginning of some steps, a row a step."""

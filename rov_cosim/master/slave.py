@@ -1,6 +1,7 @@
 """One FMU of a system: FMPy's FMU2Slave, its values in preallocated arrays, its log."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from ctypes import POINTER, c_char_p, c_double, c_int, c_uint32, cast
 from pathlib import Path
 from typing import Any
@@ -74,13 +75,13 @@ class Slave:
     ) -> None:
         self.number, self.watch, self.rate = number, watch or Watch(), rate or Rate()
         description = element.description
-        self._at("l")
-        self.fmu = FMU2Slave(
-            instanceName=element.name,
-            guid=description.guid,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            unzipDirectory=str(folder),
-        )
+        with self._in("l"):
+            self.fmu = FMU2Slave(
+                instanceName=element.name,
+                guid=description.guid,
+                modelIdentifier=description.coSimulation.modelIdentifier,
+                unzipDirectory=str(folder),
+            )
         self.outputs: dict[str, Block] = {}
         self.inputs: dict[str, Block] = {}
         self.instantiate(element, warn)
@@ -90,16 +91,16 @@ class Slave:
         self.element = element
         self._log = Log(element.name, warn)
         self.errors = self._log.errors
-        self._at("i")
         try:
-            self.fmu.instantiate(callbacks=self._log.callbacks, loggingOn=True)
+            with self._in("i"):
+                self.fmu.instantiate(callbacks=self._log.callbacks, loggingOn=True)
         except Exception as error:  # a plain one of FMPy's
             raise SlaveError(self, " ".join(self.errors) or f"{error} (fmi2Instantiate)") from error
 
     def free(self) -> None:
         """Free the instance; the library stays loaded."""
-        self._at("F")
-        self.fmu.fmi2FreeInstance(self.fmu.component)
+        with self._in("F"):
+            self.fmu.fmi2FreeInstance(self.fmu.component)
         self.fmu.component = None
 
     def unload(self) -> None:
@@ -121,22 +122,16 @@ class Slave:
 
     def set_start_values(self) -> None:
         """Set what differs from the FMU's own start values; SlaveError if that fails, as in all that follows."""
-        self._at("s")
         for name, value in self.element.start_values.items():
             variable = self.element.variables[name]
             type_ = "Integer" if variable.type == "Enumeration" else variable.type
-            try:
+            with self._in("s", type_):
                 getattr(self.fmu, f"set{type_}")([variable.valueReference], [value])
-            except FMICallException as error:
-                raise self.failed(error.function, error.status) from error
 
     def call(self, function: str, **arguments: Any) -> None:
         """Call a function of the FMU's life by FMPy's name, for example ``terminate``."""
-        self._at(CALLS[function])
-        try:
+        with self._in(CALLS[function]):
             getattr(self.fmu, function)(**arguments)
-        except FMICallException as error:
-            raise self.failed(error.function, error.status) from error
 
     def read(self) -> None:
         """Read all outputs."""
@@ -148,11 +143,8 @@ class Slave:
 
     def step(self, time: float, step: float) -> None:
         """Advance from `time` by `step`, in s."""
-        self._at("d")
-        try:
+        with self._in("d"):
             self.fmu.fmi2DoStep(self.fmu.component, time, step, fmi2True)
-        except FMICallException as error:
-            raise self.failed(error.function, error.status) from error
 
     def check_finite(self, block: Block | None) -> None:
         """Raise SlaveError if a value of a block is not finite."""
@@ -162,11 +154,9 @@ class Slave:
 
     def failed(self, function: str, status: int) -> SlaveError:
         """Return what went wrong in a call: the reasons that the FMU logged, if it did."""
-        failure = FMICallException(function, status)
-        reasons = (
-            f"{' '.join(self.errors)} ({function}: {_STATUSES.get(status, status)})" if self.errors else str(failure)
-        )
-        return SlaveError(self, reasons)
+        if not self.errors:
+            return SlaveError(self, str(FMICallException(function, status)))
+        return SlaveError(self, f"{' '.join(self.errors)} ({function}: {_STATUSES.get(status, status)})")
 
     def not_finite(self, block: Block, variable: int) -> SlaveError:
         """Return what is wrong with a variable of a block that is not finite."""
@@ -175,15 +165,20 @@ class Slave:
         return SlaveError(self, f"{block.names[variable]} {what} {block.values[variable]:g}: {cure}.")
 
     def _transfer(self, way: str, blocks: dict[str, Block]) -> None:
-        self._at(way[0].lower())
         for type_, block in blocks.items():
-            try:
+            with self._in(way[0].lower(), type_):
                 getattr(self.fmu, f"fmi2{way}{type_}")(*block.arguments(self.fmu))
-            except FMICallException as error:
-                raise self.failed(error.function, error.status) from error
 
-    def _at(self, call: str) -> None:
-        self.watch.slave, self.watch.call = self.number, ord(call)
+    @contextmanager
+    def _in(self, call: str, type_: str = TYPES[0]) -> Iterator[None]:
+        """Tell the watch of a call, and of its failure in words."""
+        self.watch.slave, self.watch.call, self.watch.type = self.number, ord(call), TYPES.index(type_)
+        try:
+            yield
+        except FMICallException as error:
+            raise self.failed(error.function, error.status) from error
+        finally:
+            self.watch.call = 0
 
     @property
     def fields(self) -> list[tuple[str, Any]]:

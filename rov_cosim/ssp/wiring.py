@@ -17,7 +17,7 @@ class WiringError(UserError):
     """A system that cannot run; `problems` lists every reason."""
 
     def __init__(self, where: str, problems: Iterable[str]) -> None:
-        self.problems = list(problems)
+        self.where, self.problems = where, list(problems)
         super().__init__("\n".join(f"{where}: {problem}" for problem in self.problems))
 
 

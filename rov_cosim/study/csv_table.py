@@ -3,13 +3,24 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
+
+_BLOCK = 10_000
+"""Rows that are text at a time, of a long run's."""
 
 
 def write_csv(path: Path, results: NDArray[Any]) -> None:
     """Write a structured array, a column a field: the bytes that ``fmpy.util.write_csv`` writes, sooner."""
     names = results.dtype.names or ()
-    columns = [results[name].tolist() for name in names]
     with path.open("w", encoding="utf-8") as file:
         file.write(",".join(f'"{name}"' for name in names) + "\n")
-        file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*columns, strict=True))
+        for begin in range(0, len(results), _BLOCK):
+            block = results[begin : begin + _BLOCK]
+            columns = [_values(block[name]) for name in names]
+            file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*columns, strict=True))
+
+
+def _values(column: NDArray[Any]) -> list[Any]:
+    values: list[Any] = (np.char.decode(column, "utf-8", "replace") if column.dtype.kind == "S" else column).tolist()
+    return values

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ..exporters.build import project_root
+from ..master.apart import simulate_apart
 from ..master.exchange import COUPLINGS
 from ..master.instances import Instances
 from ..master.interrupts import terminate_as_interrupted
@@ -23,10 +24,11 @@ from ..ssp.wiring import Wiring
 from ..ssp.writer import write
 from .archives import ssp_path
 from .assessment import assessable, hold_begin, report
-from .changes import Changes, plain
+from .changes import Changes
 from .csv_table import write_csv
 from .scores import Score, score
 from .screen import counted, say
+from .settings import Settings
 
 _LONGEST_NAME = 120
 SHORT_HOLD = 5.0
@@ -80,25 +82,37 @@ def opened(
 
 def simulated(
     wiring: Wiring,
-    coupling: str = "jacobi",
-    stop_time: float | None = None,
+    settings: Settings | None = None,
     warn: Callable[[str], None] = lambda message: None,
     progress: Progress | None = None,
     instances: Instances | None = None,
 ) -> Run:
     """Return the run of a system; one that fails, or is interrupted, has the results so far.
 
-    The arguments are those of `simulate`; progress is shown if left out.
+    The further arguments are those of `simulate`; progress is shown if left out, and with `instances` it runs in this
+    process, whatever the settings say.
 
     Raises
     ------
-    WiringError : the system cannot run, or not to this stop time.
+    WiringError : the system cannot run, or not with these settings.
+    UserError : the table of inputs cannot be read.
     """
-    options = [] if coupling == "jacobi" else [coupling]
-    options += [] if stop_time is None else [f"{plain(stop_time)}s"]
-    name = file_name("+".join([wiring.name, *options]))
+    settings = settings or Settings()
+    name = file_name("+".join([wiring.name, *settings.words()]))
+    wiring = settings.timed(wiring)
+    how: dict[str, Any] = {
+        "coupling": COUPLINGS[settings.coupling],
+        "progress": progress or _progress,
+        "warn": warn,
+        "inputs": settings.table(),
+        "output_interval": settings.output_interval,
+        "allow_not_finite": settings.allow_not_finite,
+    }
     try:
-        results = simulate(wiring, COUPLINGS[coupling], stop_time, progress or _progress, warn, instances=instances)
+        if instances is None and settings.isolates(wiring):
+            results = simulate_apart(wiring, timeout=settings.timeout, **how)
+        else:
+            results = simulate(wiring, instances=instances, **how)
     except SimulationError as error:
         return Run(name, wiring, error.results, str(error), error.is_interrupted)
     return Run(name, wiring, results)
@@ -109,8 +123,7 @@ def run(
     changes: Changes | None = None,
     *,
     export: str = "native",
-    coupling: str = "jacobi",
-    stop_time: float | None = None,
+    settings: Settings | None = None,
     folder: Path | None = None,
     name: str = "",
     picture: Path | None = None,
@@ -123,8 +136,7 @@ def run(
     system : a system, or the path of an SSP archive.
     changes : what differs from it.
     export : "native" or "pythonfmu", of a system's FMUs.
-    coupling : "jacobi" or "gauss-seidel".
-    stop_time : end in s; the system's own if left out.
+    settings : how it is taken.
     folder : where the files go; build/results if left out.
     name : of the files; made of the system's name and all that differs if left out.
     picture : the picture, PNG or SVG; NAME.png in the folder if left out.
@@ -137,13 +149,14 @@ def run(
     SimulationError : an FMU failed or the run was interrupted; the results so far are in the CSV.
     """
     terminate_as_interrupted()
+    settings = settings or Settings()
     folder = (folder or results_folder()).absolute()  # an FMU may change the working directory
     folder.mkdir(parents=True, exist_ok=True)
     picture = picture and picture.absolute()
     with counted() as warn, opened(system, changes, export, warn, say) as wiring:
         if archive:
-            _write(wiring, archive, coupling, stop_time, warn)
-        done = simulated(wiring, coupling, stop_time, warn)
+            _write(wiring, archive, settings, warn)
+        done = simulated(wiring, settings, warn)
     default = done.name if export == "native" else f"{done.name}+{export}"
     done = replace(done, name=file_name(name or default))
     if not done.failure:
@@ -163,10 +176,12 @@ def run(
     return done
 
 
-def _write(wiring: Wiring, archive: Path, coupling: str, stop_time: float | None, warn: Callable[[str], None]) -> None:
-    if coupling != "jacobi":
-        warn(f"{archive} cannot say that its coupling is {coupling}: other tools take Jacobi.")
-    write(wiring if stop_time is None else replace(wiring, stop_time=stop_time), archive, warn=warn)
+def _write(wiring: Wiring, archive: Path, settings: Settings, warn: Callable[[str], None]) -> None:
+    if settings.coupling != "jacobi":
+        warn(f"{archive} cannot say that its coupling is {settings.coupling}: other tools take Jacobi.")
+    if settings.input is not None:
+        warn(f"{archive} does not hold what {settings.input} feeds.")
+    write(settings.timed(wiring), archive, warn=warn)
 
 
 def results_folder() -> Path:

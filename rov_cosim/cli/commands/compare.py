@@ -15,6 +15,7 @@ from ...study.changes import Changes
 from ...study.runs import Run, file_name, opened, results_folder, simulated
 from ...study.score_table import comparison, write_scores
 from ...study.screen import counted, say
+from ...study.settings import Settings
 from ...study.troubles import TROUBLES
 from .. import options
 
@@ -40,8 +41,7 @@ def _varied(context: click.Context, parameter: click.Parameter, texts: tuple[str
     help="A run for each value, or for each trouble (trouble=NAME,NAME); several vary in every combination.",
 )
 @options.export
-@options.coupling
-@options.stop_time
+@options.settings
 @options.changes
 @click.option(
     "--output",
@@ -54,8 +54,7 @@ def command(
     systems: tuple[System | Path, ...],
     varied: Varied,
     export: str,
-    coupling: str,
-    stop_time: float | None,
+    settings: Settings,
     changes: Changes,
     output: Path | None,
     fail_on: str | None,
@@ -78,7 +77,7 @@ def command(
             raise click.UsageError("One run is nothing to compare: name another system, or vary something by --vary.")
         runs: dict[str, Run] = {}
         for label, wiring in wirings.items():
-            runs[label] = simulated(wiring, coupling, stop_time, warn)
+            runs[label] = simulated(wiring, settings, warn)
             if runs[label].is_interrupted:
                 break
     _show(runs, title if varied else "", path)

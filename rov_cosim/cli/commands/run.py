@@ -7,14 +7,14 @@ import click
 from ...ssp.declaration import System
 from ...study.changes import Changes
 from ...study.runs import run
+from ...study.settings import Settings
 from .. import options
 
 
 @click.command()
 @click.argument("system", type=options.SystemType())
 @options.export
-@options.coupling
-@options.stop_time
+@options.settings
 @options.changes
 @click.option("--name", default="", help="Of the files; made of the system and all that differs if left out.")
 @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV and picture.")
@@ -34,8 +34,7 @@ from .. import options
 def command(
     system: System | Path,
     export: str,
-    coupling: str,
-    stop_time: float | None,
+    settings: Settings,
     changes: Changes,
     name: str,
     output: Path | None,
@@ -48,8 +47,7 @@ def command(
         system,
         changes,
         export=export,
-        coupling=coupling,
-        stop_time=stop_time,
+        settings=settings,
         folder=output,
         name=name,
         picture=picture,

@@ -176,10 +176,16 @@ int begin(const Loop *loop, char *row, volatile Watch *watch) {
         if (!read(loop, i, watch))
             return 0;
     record(loop, loop->start_time, row);
+    watch->recorded = 1;
     return 1;
 }
 
-size_t run(const Loop *loop, size_t first, size_t count, const double *given, size_t every, char *rows, volatile Watch *watch) {
+/* How many rows there are after so many steps, but for the first row; as in `exchange.py`. */
+static double rows_after(size_t steps, double spacing) {
+    return floor((double)steps / spacing + 1e-9);
+}
+
+size_t run(const Loop *loop, size_t first, size_t count, const double *given, double spacing, char *rows, volatile Watch *watch) {
     for (size_t n = 0; n < count; n++) {
         if (watch->stop)
             return n;
@@ -187,9 +193,10 @@ size_t run(const Loop *loop, size_t first, size_t count, const double *given, si
         if (!take_step(loop, first + n, given ? given + n * loop->n_feeds : NULL, watch))
             return n;
         watch->call = 0;
-        if ((first + n + 1) % every == 0) {
+        if (rows_after(first + n + 1, spacing) > rows_after(first + n, spacing)) {
             record(loop, loop->start_time + (double)(first + n + 1) * loop->step, rows);
             rows += loop->row_size;
+            watch->recorded++;
         }
     }
     return count;

@@ -66,7 +66,7 @@ typedef struct {
 /* Where the loop is, for whoever watches it, and its word to stop. `call` is 'g', 's', 'd' for get, set, doStep of the slave; of 'n'
    the value number `variable` of its outputs, of 'f' of its inputs, is not finite; 0 when no call is under way. */
 typedef struct {
-    size_t step, slave, type, variable;
+    size_t step, recorded, slave, type, variable; /* `step` is the number of the step that is being taken, `recorded` that of rows */
     int call, status, stop;
 } Watch;
 
@@ -79,9 +79,9 @@ API int settle(const Loop *loop, size_t passes, const double *given, char *rows,
 /* Read all outputs and record the first row. Return whether that went well. */
 API int begin(const Loop *loop, char *row, volatile Watch *watch);
 
-/* Take `count` steps from the step `first` on. After each step whose number, counted from 1, is a multiple of `every` the outputs
-   are recorded in the next row. Return how many went well; if that is less, the watch has the call that failed, or none when it
-   was told to stop. */
-API size_t run(const Loop *loop, size_t first, size_t count, const double *given, size_t every, char *rows, volatile Watch *watch);
+/* Take `count` steps from the step `first` on. The outputs are recorded, a row each, after the first step at or beyond each multiple
+   of `spacing` steps. Return how many went well; if that is less, the watch has the call that failed, or none when it was told to
+   stop. */
+API size_t run(const Loop *loop, size_t first, size_t count, const double *given, double spacing, char *rows, volatile Watch *watch);
 
 #endif

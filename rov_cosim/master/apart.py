@@ -1,0 +1,206 @@
+"""A run in a process of its own: an FMU that crashes, ends the process or hangs costs this one process.
+
+The process keeps results and whereabouts in files that this one reads along, so a step costs nothing more. It starts a
+fresh interpreter, not a fork: an FMU must not meet the threads of its host half copied.
+"""
+
+import json
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from threading import Thread
+from time import monotonic
+from typing import Any
+
+from numpy.typing import NDArray
+
+from ..ssp.wiring import Wiring, WiringError
+from .exchange import Coupling, jacobi
+from .interrupts import deferred
+from .memory import Memory, Watch, seen_rows, seen_watch
+from .simulation import Progress, SimulationError, simulate
+from .slave import CALLS, TYPES
+
+MOST_WARNINGS = 1000
+"""Warnings of a run that are handed on."""
+_LOOK = 0.02
+"""Time in s between two looks at the process."""
+_PATIENCE = 5.0
+"""Time in s after which a process that was told to stop is killed."""
+_TASK, _OUTCOME, _WARNINGS = "task", "outcome", "warnings"
+
+
+def simulate_apart(
+    wiring: Wiring,
+    coupling: Coupling = jacobi,
+    stop_time: float | None = None,
+    progress: Progress = lambda steps: steps,
+    warn: Callable[[str], None] = lambda message: None,
+    *,
+    timeout: float | None = None,
+    **how: Any,
+) -> NDArray[Any]:
+    """Run a system as `simulate` does, in a process of its own.
+
+    Parameters
+    ----------
+    timeout : time in s after which a call of an FMU that has not returned ends the run; none if left out.
+    how : further arguments of `simulate`, that can be pickled.
+
+    Raises
+    ------
+    SimulationError : as in `simulate`, and for a process that died or hangs; it holds the results so far.
+    WiringError : as in `simulate`.
+    """
+    with (
+        tempfile.TemporaryDirectory(prefix="rov_cosim_", ignore_cleanup_errors=True) as name,
+        deferred() as interrupted,
+    ):
+        folder = Path(name)
+        arguments = {"wiring": wiring, "coupling": coupling, "stop_time": stop_time, **how}
+        (folder / _TASK).write_bytes(pickle.dumps(arguments))
+        child = _Child(folder, warn)
+        end = wiring.stop_time if stop_time is None else stop_time
+        n_steps = max(int((end - wiring.start_time) / wiring.step_size), 1)
+        try:
+            for n in progress(range(n_steps)):
+                if interrupted:
+                    break
+                while child.is_running and child.watch.step <= n:
+                    child.wait(interrupted, timeout)
+            while child.is_running:
+                child.wait(interrupted, timeout)
+        finally:
+            child.close()
+        return child.outcome(wiring)
+
+
+class _Child:
+    """The process that runs the system."""
+
+    def __init__(self, folder: Path, warn: Callable[[str], None]) -> None:
+        self._folder, self._warn, self._read = folder, warn, 0
+        # Its standard input ends with this process; Ctrl-C is answered here alone.
+        command = [sys.executable, "-m", __name__, str(folder)]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
+        self.watch = Watch()
+        self._shared: Watch | None = None
+        self._at, self._since = (0, 0, 0), monotonic()
+        self._told, self._limit = 0.0, 0.0
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the process has not ended."""
+        return self._process.poll() is None
+
+    def wait(self, interrupted: list[int], timeout: float | None) -> None:
+        """Wait a moment, hand warnings on, and end a process that should stop or that hangs."""
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(_LOOK)
+        self._look()
+        if interrupted and not self._told:
+            self.watch.stop, self._told = 1, monotonic()
+        at = self.watch.step, self.watch.slave, self.watch.call
+        if at != self._at:
+            self._at, self._since = at, monotonic()
+        if timeout is not None and self.watch.call and monotonic() - self._since > timeout:
+            self._limit = timeout
+        if self._limit or (self._told and monotonic() - self._told > _PATIENCE):
+            self._process.kill()
+            self._process.wait()
+
+    def close(self) -> None:
+        """End the process if it has not ended, and take in what it left."""
+        self._process.kill()
+        self._process.wait()
+        assert self._process.stdin
+        self._process.stdin.close()
+        self._look()
+
+    def outcome(self, wiring: Wiring) -> NDArray[Any]:
+        """Return the results of the process, or raise what it raised, or what it died of."""
+        results = seen_rows(self._folder)[: self.watch.recorded]
+        try:
+            kind, *details = json.loads((self._folder / _OUTCOME).read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise SimulationError(self._end(wiring), results, bool(self._told)) from None
+        if kind == "wiring":
+            raise WiringError(*details)
+        if kind == "failed":
+            raise SimulationError(details[0], results, details[1])
+        return results
+
+    def _look(self) -> None:
+        with suppress(FileNotFoundError, ValueError):  # not there yet, or not of its size
+            self._shared = self._shared or seen_watch(self._folder)
+            self.watch = self._shared
+        with suppress(FileNotFoundError), (self._folder / _WARNINGS).open(encoding="utf-8") as file:
+            file.seek(self._read)
+            for line in iter(file.readline, ""):
+                if line.endswith("\n"):
+                    self._warn(json.loads(line))
+                    self._read = file.tell()
+
+    def _end(self, wiring: Wiring) -> str:
+        """Return where and how the process ended."""
+        watch, code = self.watch, self._process.returncode
+        call, name = chr(watch.call), wiring.elements[watch.slave].name
+        time = wiring.start_time + watch.step * wiring.step_size
+        when = f"At {time:.9g} s: " if watch.recorded else ""
+        function = _FUNCTIONS.get(call, "").format(TYPES[watch.type]) or "no call of an FMU"
+        if self._limit:
+            return f"{name}: {when}{function} does not return within {self._limit:g} s."
+        if self._told:
+            return f"Interrupted; {name}: {when}{function} did not return within {_PATIENCE:g} s."
+        how = f"died of {signal.Signals(-code).name}" if code < 0 else f"ended itself with status {code}"
+        return f"{name}: {when}the process {how} in {function}."
+
+
+_FUNCTIONS = {
+    "l": "the loading of its library",
+    "i": "fmi2Instantiate",
+    **{call: f"fmi2{name[0].upper()}{name[1:]}" for name, call in CALLS.items()},
+    "g": "fmi2Get{}",
+    "s": "fmi2Set{}",
+    "d": "fmi2DoStep",
+    "F": "fmi2FreeInstance",
+}
+"""What a process may die in, by `Watch.call`."""
+
+
+def _run(folder: Path) -> None:
+    """Run the task in a folder: what the process does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=lambda: (sys.stdin.read(), os._exit(1)), daemon=True).start()  # the other process has ended
+    told = 0
+
+    def warn(message: str) -> None:
+        nonlocal told
+        told += 1
+        if told <= MOST_WARNINGS:  # opened each time, for an FMU may close what is open
+            with (folder / _WARNINGS).open("a", encoding="utf-8") as file:
+                file.write(json.dumps(message) + "\n")
+
+    try:
+        simulate(**pickle.loads((folder / _TASK).read_bytes()), warn=warn, memory=Memory(folder))
+        outcome: list[object] = ["done"]
+    except WiringError as error:
+        outcome = ["wiring", error.where, error.problems]
+    except SimulationError as error:
+        outcome = ["failed", str(error), error.is_interrupted]
+    if told > MOST_WARNINGS:
+        with (folder / _WARNINGS).open("a", encoding="utf-8") as file:
+            file.write(json.dumps(f"{told - MOST_WARNINGS} more warnings are not shown.") + "\n")
+    (folder / f"{_OUTCOME}.part").write_text(json.dumps(outcome), encoding="utf-8")
+    (folder / f"{_OUTCOME}.part").rename(folder / _OUTCOME)
+    os._exit(0)  # what an FMU left behind in this process has no say any more
+
+
+if __name__ == "__main__":
+    _run(Path(sys.argv[1]))
