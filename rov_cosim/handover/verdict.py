@@ -72,6 +72,6 @@ def _declared_otherwise(imported: Imported) -> Iterator[str]:
         if not imported.is_mapped and their.unit and ours.unit and their.unit != ours.unit:
             yield f"{their.name} is declared in {their.unit}; expected {ours.unit}."
         elif their.start and ours.start:
-            expected = place.factor * parse(str(ours.start), ours.type)
-            if not isclose(parse(str(their.start), their.type), expected, rel_tol=1e-9, abs_tol=1e-12):
+            expected = place.factor * float(parse(str(ours.start), ours.type))
+            if not isclose(float(parse(str(their.start), their.type)), expected, rel_tol=1e-9, abs_tol=1e-12):
                 yield f"{their.name} starts at {their.start}; expected {expected if place.factor != 1 else ours.start}."

@@ -23,7 +23,7 @@ from fmpy.model_description import (
 from ..exporters import archive
 from ..exporters.model_description import literal, to_xml
 from .units import defined_units
-from .values import TYPES, Value
+from .values import Value
 from .wiring import End, Link, Wiring, WiringError
 
 CONFIGURATION_VERSION = "0.1.0"
@@ -60,7 +60,7 @@ def _exposed(wiring: Wiring) -> dict[End, tuple[ModelVariable, Value | None]]:
     for element in wiring.elements:
         for variable in element.description.modelVariables:
             end = End(element.name, variable.name)
-            if variable.type not in TYPES or end in connected:
+            if variable.type not in _TYPES or end in connected:
                 continue
             if variable.causality == "output":
                 shown[end] = (variable, None)
