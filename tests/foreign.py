@@ -64,14 +64,23 @@ def pair(fmu: Path, other: Path) -> Wiring:
     return Wiring("pair", (a, b), (Link(End("a", "t"), End("b", "u")),), 0.3, 0.03)
 
 
-def ssp(path: Path, fmu: Path, name: str = "a", experiment: str = '<ssd:DefaultExperiment stopTime="0.3"/>') -> Path:
-    """Write an archive of a system of one such FMU."""
+_EXPERIMENT = (
+    '<ssd:DefaultExperiment stopTime="0.3"><ssd:Annotations>'
+    '<ssc:Annotation xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" type="com.opensimulationplatform">'
+    '<osp:Algorithm xmlns:osp="http://opensimulationplatform.com/SSP/OSPAnnotations">'
+    '<osp:FixedStepAlgorithm baseStepSize="0.03"/></osp:Algorithm></ssc:Annotation></ssd:Annotations>'
+    "</ssd:DefaultExperiment>"
+)
+
+
+def ssp(path: Path, fmu: Path, name: str = "a") -> Path:
+    """Write an archive of a system of one such FMU, that steps by 30 ms to 0.3 s."""
     urn = "http://ssp-standard.org/SSP1/SystemStructureDescription"
     text = (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         f'<ssd:SystemStructureDescription xmlns:ssd="{urn}" name="alone" version="1.0">'
         f'<ssd:System name="root"><ssd:Elements><ssd:Component name="{name}" source="resources/a.fmu" '
-        f'type="application/x-fmu-sharedlibrary"/></ssd:Elements></ssd:System>{experiment}</ssd:SystemStructureDescription>'
+        f'type="application/x-fmu-sharedlibrary"/></ssd:Elements></ssd:System>{_EXPERIMENT}</ssd:SystemStructureDescription>'
     )
     archive.write(path, {"SystemStructure.ssd": text.encode(), "resources/a.fmu": fmu.read_bytes()})
     return path

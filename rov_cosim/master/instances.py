@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, chdir
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -51,10 +51,10 @@ class Instances:
         SlaveError : a start value cannot be set.
         """
         watch = watch or Watch()
-        slaves = []
-        with chdir("."):  # FMPy stays in the folder of a library that does not load
-            for number, element in enumerate(wiring.elements):
-                slaves.append(self._instantiated(element, number, wiring.step_size, warn, watch))
+        slaves = [
+            self._instantiated(element, number, wiring.step_size, warn, watch)
+            for number, element in enumerate(wiring.elements)
+        ]
         exchange = self._exchange(slaves, wiring, fed)
         for slave in slaves:
             slave.set_start_values()

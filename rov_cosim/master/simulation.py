@@ -1,7 +1,7 @@
 """The co-simulation master: from a wiring to a table of all outputs."""
 
 from collections.abc import Callable, Iterable
-from contextlib import ExitStack, chdir
+from contextlib import ExitStack
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -18,7 +18,7 @@ from .in_c import InC, in_c
 from .instances import Instances, LoadError
 from .interrupts import deferred
 from .memory import Memory
-from .slave import SlaveError
+from .slave import SlaveError, folder_kept
 
 Progress = Callable[[Iterable[int]], Iterable[int]]
 
@@ -94,7 +94,7 @@ def simulate(
     run = _Run(steps, n_steps, spacing, given, memory)
     with ExitStack() as stack:
         interrupted = stack.enter_context(deferred())
-        stack.enter_context(chdir("."))  # an FMU may change the folder that one is in
+        stack.enter_context(folder_kept())
         instances = instances or stack.enter_context(Instances(wiring))
         stack.callback(instances.free)
         try:

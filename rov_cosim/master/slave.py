@@ -1,9 +1,11 @@
 """One FMU of a system: FMPy's FMU2Slave, its values in preallocated arrays, its log."""
 
+import os
 from collections.abc import Callable, Collection, Iterator
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from ctypes import POINTER, c_char_p, c_double, c_int, c_uint32, cast
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -25,6 +27,21 @@ _CTYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int,
 _DTYPES: dict[str, Any] = {"Real": np.float64, "Integer": np.int32, "Boolean": np.bool_, "String": f"S{TEXT_SIZE}"}
 
 _STATUSES = {2: "discard", 3: "error", 4: "fatal", 5: "pending"}
+
+
+_loading = Lock()
+
+
+@contextmanager
+def folder_kept() -> Iterator[None]:
+    """Come back to the working folder in the end, whatever an FMU does; not to that of a library that is being loaded."""
+    with _loading:
+        before = os.getcwd()
+    try:
+        yield
+    finally:
+        with _loading:
+            os.chdir(before)
 
 
 class SlaveError(Exception):
@@ -75,7 +92,8 @@ class Slave:
     ) -> None:
         self.number, self.watch, self.rate = number, watch or Watch(), rate or Rate()
         description = element.description
-        with self._in("l"):
+        # FMPy goes to the library's folder meanwhile, and stays there if it does not load.
+        with self._in("l"), _loading, chdir("."):
             self.fmu = FMU2Slave(
                 instanceName=element.name,
                 guid=description.guid,
