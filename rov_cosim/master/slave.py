@@ -34,7 +34,7 @@ _loading = Lock()
 
 @contextmanager
 def folder_kept() -> Iterator[None]:
-    """Come back to the working folder in the end, whatever an FMU does; not to that of a library that is being loaded."""
+    """Come back to the working folder in the end, whatever an FMU does; not to that of a library being loaded."""
     with _loading:
         before = os.getcwd()
     try:
