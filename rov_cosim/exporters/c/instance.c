@@ -2,34 +2,9 @@
 #include <string.h>
 
 #include "instance.h"
+#include "stepping.h"
 
 /* --- checks --- */
-
-/* Say, after some words, what a value is and what it should be. */
-static void say_range(Instance *instance, const char *before, int reference, double value) {
-    const Variable *v = &variables[reference];
-    char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
-    int below = v->minimum != -INFINITY, above = v->maximum != INFINITY;
-    say(instance->message, "%s%s is %s; expected a finite number", before, v->name, number(value, 6, a));
-    if (below)
-        append(instance->message, " of at least %s", number(v->minimum, 6, b));
-    if (above)
-        append(instance->message, " %s at most %s", below ? "and" : "of", number(v->maximum, 6, c));
-    append(instance->message, ".");
-}
-
-const char *phase_name(int64_t phase) {
-    return phase == INSTANTIATED ? "instantiated" : phase == INITIALIZING ? "initializing"
-         : phase == RUNNING      ? "running"      : "terminated";
-}
-
-int is_output(uint32_t reference) {
-    return reference >= FIRST_OUTPUT && reference < FIRST_PARAMETER;
-}
-
-int legal(int reference, double value) {
-    return isfinite(value) && value >= variables[reference].minimum && value <= variables[reference].maximum;
-}
 
 static int check_parameters(Instance *instance) {
     double margins[N_REQUIREMENTS + 1] = {0};
@@ -92,37 +67,12 @@ void reset(Instance *instance) {
     instance->now.stale = instance->now.unchecked = 1;
 }
 
-int is_variable(Instance *instance, uint32_t reference, Type type) {
-    static const char *const names[] = {"Real", "Integer", "Boolean", "String"};
-    if (reference >= N_VARIABLES)
-        say(instance->message, "There is no variable with value reference %lu; expected 0 to %d.", (unsigned long)reference,
-            N_VARIABLES - 1);
-    else if (variables[reference].type != type)
-        say(instance->message, "%s (value reference %lu) is of type %s, not %s.", variables[reference].name,
-            (unsigned long)reference, names[variables[reference].type], names[type]);
-    else
-        return 1;
-    return 0;
-}
-
-int is_settable(Instance *instance, uint32_t reference, double value) {
-    const Variable *v = &variables[reference];
-    if (!legal((int)reference, value))
-        say_range(instance, "", (int)reference, value);
-    else if (is_output(reference))
-        say(instance->message, "%s is an output: only inputs and parameters can be set.", v->name);
-    else if (v->fixed && instance->now.phase >= RUNNING)
-        say(instance->message, "%s is a fixed parameter: set it before the initialization ends.", v->name);
-    else
-        return 1;
-    return 0;
-}
-
-void assign(Instance *instance, uint32_t reference, double value) {
+int assign(Instance *instance, uint32_t reference, double value) {
     instance->now.values[reference] = value;
     instance->now.stale = 1;
     if (reference >= FIRST_PARAMETER)
         instance->now.unchecked = 1;
+    return 1;
 }
 
 int is_rate_settable(Instance *instance, uint32_t reference, double rate) {
@@ -137,6 +87,10 @@ int is_rate_settable(Instance *instance, uint32_t reference, double rate) {
     else
         return 1;
     return 0;
+}
+
+void assign_rate(Instance *instance, uint32_t reference, double rate) {
+    instance->now.u_rate[reference] = rate;
 }
 
 /* --- life --- */
@@ -182,18 +136,6 @@ int prepare_outputs(Instance *instance) {
     return instance->now.phase >= RUNNING || !instance->now.stale || preview(instance);
 }
 
-int set_times(Instance *instance, double start_time, double stop_time) {
-    char start[NUMBER_SIZE], stop[NUMBER_SIZE];
-    if (!isfinite(start_time) || !(stop_time >= start_time)) {
-        say(instance->message, "The run is from %s s to %s s; expected finite times, the stop not before the start.",
-            number(start_time, 9, start), number(stop_time, 9, stop));
-        return 0;
-    }
-    instance->now.time = instance->now.start_time = start_time;
-    instance->now.stop_time = stop_time;
-    return 1;
-}
-
 int exit_initialization(Instance *instance) {
     if (!preview(instance))
         return 0;
@@ -204,22 +146,9 @@ int exit_initialization(Instance *instance) {
 
 int do_step(Instance *instance, double time, double step) {
     State *now = &instance->now;
-    double spacing = nextafter(fabs(now->time), INFINITY) - fabs(now->time);
-    double tolerance = TIME_TOLERANCE * fmax(1.0, now->time - now->start_time) + 4 * spacing;
     char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
-    if (!(fabs(time - now->time) <= tolerance && isfinite(tolerance))) {
-        say(instance->message, "Expected the communication point %s s but was %s s.", number(now->time, 9, a), number(time, 9, b));
+    if (!is_step(instance, time, step))
         return 0;
-    }
-    if (!(step > 0 && isfinite(time + step))) {
-        say(instance->message, "The step size is %s s; expected a positive number of seconds.", number(step, 6, a));
-        return 0;
-    }
-    if (time + step > now->stop_time + tolerance) {
-        say(instance->message, "The step ends at %s s; expected at most the stop time %s s.", number(time + step, 9, a),
-            number(now->stop_time, 9, b));
-        return 0;
-    }
     if (!check_parameters(instance))
         return 0;
     if (step >= TIME_TOLERANCE) {
@@ -242,6 +171,18 @@ int do_step(Instance *instance, double time, double step) {
     }
     now->time = time + step;
     return 1;
+}
+
+int possible(const State *state) {
+    static const double MOST_SAMPLES = 9007199254740992.0;
+    int fine = plausible(state) && state->phase != FAILED;
+    fine = fine && state->samples >= 0 && (double)state->samples < MOST_SAMPLES;
+    fine = fine && (state->stale | state->unchecked | 1) == 1;
+    for (int i = 0; i < N_X && fine; i++)
+        fine = isfinite(state->x[i]);
+    for (int i = 0; i < N_U && fine; i++)
+        fine = isfinite(state->u_rate[i]);
+    return fine;
 }
 
 int directional_derivative(Instance *instance, const double *du, double *dy) {

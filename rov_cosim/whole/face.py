@@ -1,0 +1,95 @@
+"""The content of a system's FMU: description, page, sources, and a binary for each platform of its elements."""
+
+import re
+from collections.abc import Callable, Mapping
+from functools import partial
+from importlib.resources import files
+from urllib.parse import quote
+
+from ..exporters import archive, documentation, model_description, zig
+from ..exporters.native_export import CHECKSUMS, binary_place, checksums, hand_written, kept_binaries
+from ..ssp.wiring import Element, Wiring
+from . import linking, page, tables
+from .description import describe
+from .layout import laid_out
+
+_OF_COMPONENTS = {"instance.c", "no_parts.c", "state.h", "sampled.c", "continuous.c", "stepping.h", "noise.c", "noise.h"}
+"""What of the components' shell is for them alone."""
+
+
+class FaceError(zig.BuildError):
+    """A system cannot be an FMU; the message tells why."""
+
+
+def entries(
+    wiring: Wiring, present: Mapping[str, bytes], progress: Callable[[str], object] = lambda line: None
+) -> dict[str, bytes]:
+    """Return the content of the FMU of a system, name to bytes.
+
+    The elements are linked into its binary where all are native FMUs of this project; else they lie in its resources.
+
+    Parameters
+    ----------
+    wiring : the system.
+    present : what the file holds by now; its binaries are taken over if they are of just this content.
+    progress : is told in a line what begins.
+
+    Raises
+    ------
+    FaceError : there is no platform for which all elements have binaries.
+    BuildError : the compiler fails.
+    ModuleNotFoundError : there is none: ziglang is not installed.
+    """
+    name, units = identifier(wiring.name), linking.units(wiring.elements)
+    layout = laid_out(wiring)
+    description = describe(layout, name, can_save=units is not None)
+    shared = {file: text for file, text in hand_written().items() if file not in _OF_COMPONENTS}
+    own = {**shared, **_hand_written("loaded.c" if units is not None else "linked.c")}
+    own |= tables.sources(layout, description.guid, [_library(element) for element in wiring.elements])
+    if units is not None:
+        own["linked.h"] = linking.table(wiring.elements)
+    code = {**own, **{file: text for unit in (units or {}).values() for file, text in unit.items()}}
+    listed = sorted(file for file in code if file.endswith(".c") and "/" not in file)
+    content = {
+        "modelDescription.xml": model_description.to_xml(description, listed),
+        **{f"sources/{file}": text for file, text in code.items()},
+        "sources/recipe.txt": zig.recipe().encode(),
+        **documentation.around(page.page(layout, linked=units is not None), "SYS", ["rov-cosim"]),
+    }
+    if units is None:
+        content |= {
+            f"resources/{e.name}/{file}": data for e in wiring.elements for file, data in archive.read(e.fmu).items()
+        }
+    binaries = kept_binaries(present, content, name)
+    platforms = _platforms(wiring)
+    for platform in platforms:
+        place = binary_place(name, platform)
+        if place not in binaries:
+            progress(f"compiling {wiring.name} for {platform}")
+            objects = partial(linking.objects, units or {}, progress=progress)
+            binaries[place] = zig.shared_library(name, own, platform, objects)
+    return {**content, **binaries, CHECKSUMS: checksums(binaries)}
+
+
+def identifier(name: str) -> str:
+    """Return a system's name as an identifier of C, which the name of a binary has to be."""
+    safe = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return safe if safe[:1].isalpha() else f"system_{safe}"
+
+
+def _hand_written(omitted: str) -> dict[str, bytes]:
+    folder = files(__package__) / "c"
+    return {file.name: file.read_bytes() for file in folder.iterdir() if file.name not in ("__pycache__", omitted)}
+
+
+def _library(element: Element) -> tuple[str, str]:
+    return element.description.coSimulation.modelIdentifier, quote(element.name)
+
+
+def _platforms(wiring: Wiring) -> list[str]:
+    """Return the platforms for which all elements have binaries."""
+    present = [archive.names(element.fmu) for element in wiring.elements]
+    found = [p for p in zig.TARGETS if all(any(n.startswith(f"binaries/{p}/") for n in names) for names in present)]
+    if not found:
+        raise FaceError(f"{wiring.name}: there is no platform for which all elements have binaries, of {', '.join(zig.TARGETS)}.")
+    return found
