@@ -15,7 +15,6 @@ from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.ssp import reader
 from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.swap_map import SwapMap
-from rov_cosim.ssp.writer import write
 from rov_cosim.study.changes import Changes
 from rov_cosim.study.csv_table import write_csv
 from rov_cosim.study.nominal import DoesNotApplyError
@@ -24,6 +23,7 @@ from rov_cosim.study.screen import counted
 from rov_cosim.study.settings import Settings
 from rov_cosim.study.troubles import TROUBLES
 from rov_cosim.systems.catalogue import SYSTEMS
+from rov_cosim.whole.writer import write
 from typed import call, ok
 
 PAPER = SYSTEMS["station_keeping"]

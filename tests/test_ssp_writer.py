@@ -16,11 +16,11 @@ from rov_cosim.errors import UserError
 from rov_cosim.exporters import archive
 from rov_cosim.ssp import container
 from rov_cosim.ssp import reader as ssp_reader
-from rov_cosim.ssp import writer as ssp_writer
 from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.strict_xml import NAMESPACES
 from rov_cosim.ssp.wiring import WiringError
 from rov_cosim.systems.catalogue import SYSTEMS
+from rov_cosim.whole import writer as ssp_writer
 
 NAMES = list(SYSTEMS)
 

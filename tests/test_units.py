@@ -9,10 +9,10 @@ from rov_cosim.importers.measuring import measure
 from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
-from rov_cosim.ssp import writer as ssp_writer
 from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.strict_xml import NAMESPACES
 from rov_cosim.ssp.wiring import WiringError
+from rov_cosim.whole import writer as ssp_writer
 
 DEG = {"rad": "1", "factor": "0.0174532925199433"}
 UNITS = {

@@ -16,9 +16,9 @@ from rov_cosim.importers.measuring import measure
 from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
-from rov_cosim.ssp import writer as ssp_writer
 from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.z_down import Z_DOWN, sign
+from rov_cosim.whole import writer as ssp_writer
 
 SET_POINT = {"x": 0.3, "y": -0.2, "z": 0.4, "psi": 0.5}
 PUSH = {"x": 3.0, "y": -2.0, "z": 4.0}  # north, east, down

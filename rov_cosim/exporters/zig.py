@@ -12,6 +12,7 @@ from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 
 import fmpy
@@ -55,6 +56,11 @@ _FAT_ALIGNMENT = 14
 
 class BuildError(UserError):
     """FMUs cannot be built; the message tells why and the cure."""
+
+
+def is_installed() -> bool:
+    """Tell whether the compiler is installed."""
+    return find_spec("ziglang") is not None
 
 
 def recipe() -> str:

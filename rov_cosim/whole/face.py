@@ -6,6 +6,7 @@ from functools import partial
 from importlib.resources import files
 from urllib.parse import quote
 
+from ..errors import UserError
 from ..exporters import archive, documentation, model_description, zig
 from ..exporters.native_export import CHECKSUMS, binary_place, checksums, hand_written, kept_binaries
 from ..ssp.wiring import Element, Wiring
@@ -13,12 +14,23 @@ from . import linking, page, tables
 from .description import describe
 from .layout import laid_out
 
-_OF_COMPONENTS = {"instance.c", "no_parts.c", "state.h", "sampled.c", "continuous.c", "stepping.h", "noise.c", "noise.h"}
+_OF_COMPONENTS = {
+    "instance.c",
+    "no_parts.c",
+    "state.h",
+    "sampled.c",
+    "continuous.c",
+    "stepping.h",
+    "noise.c",
+    "noise.h",
+}
 """What of the components' shell is for them alone."""
 
+_MASTER = f"{__package__.rsplit('.', 1)[0]}.master"
 
-class FaceError(zig.BuildError):
-    """A system cannot be an FMU; the message tells why."""
+
+class FaceError(UserError):
+    """A system cannot be an FMU here; the message tells why."""
 
 
 def entries(
@@ -36,10 +48,11 @@ def entries(
 
     Raises
     ------
-    FaceError : there is no platform for which all elements have binaries.
+    FaceError : there is no platform for which all elements have binaries, or no compiler.
     BuildError : the compiler fails.
-    ModuleNotFoundError : there is none: ziglang is not installed.
     """
+    if not zig.is_installed():
+        raise FaceError(f"{wiring.name}: one FMU takes a compiler: pip install 'rov-cosim[native]'.")
     name, units = identifier(wiring.name), linking.units(wiring.elements)
     layout = laid_out(wiring)
     description = describe(layout, name, can_save=units is not None)
@@ -61,14 +74,23 @@ def entries(
             f"resources/{e.name}/{file}": data for e in wiring.elements for file, data in archive.read(e.fmu).items()
         }
     binaries = kept_binaries(present, content, name)
-    platforms = _platforms(wiring)
-    for platform in platforms:
+    for platform in platforms(wiring):
         place = binary_place(name, platform)
         if place not in binaries:
             progress(f"compiling {wiring.name} for {platform}")
             objects = partial(linking.objects, units or {}, progress=progress)
             binaries[place] = zig.shared_library(name, own, platform, objects)
     return {**content, **binaries, CHECKSUMS: checksums(binaries)}
+
+
+def platforms(wiring: Wiring) -> list[str]:
+    """Return the platforms for which all elements have binaries; FaceError if there is none."""
+    present = [archive.names(element.fmu) for element in wiring.elements]
+    found = [p for p in zig.TARGETS if all(any(n.startswith(f"binaries/{p}/") for n in names) for names in present)]
+    if not found:
+        known = ", ".join(zig.TARGETS)
+        raise FaceError(f"{wiring.name}: there is no platform, of {known}, for which all elements have binaries.")
+    return found
 
 
 def identifier(name: str) -> str:
@@ -79,17 +101,9 @@ def identifier(name: str) -> str:
 
 def _hand_written(omitted: str) -> dict[str, bytes]:
     folder = files(__package__) / "c"
-    return {file.name: file.read_bytes() for file in folder.iterdir() if file.name not in ("__pycache__", omitted)}
+    code = {file.name: file.read_bytes() for file in folder.iterdir() if file.name != omitted}
+    return {**code, **{name: (files(_MASTER) / "c" / name).read_bytes() for name in ("loop.c", "loop.h")}}
 
 
 def _library(element: Element) -> tuple[str, str]:
     return element.description.coSimulation.modelIdentifier, quote(element.name)
-
-
-def _platforms(wiring: Wiring) -> list[str]:
-    """Return the platforms for which all elements have binaries."""
-    present = [archive.names(element.fmu) for element in wiring.elements]
-    found = [p for p in zig.TARGETS if all(any(n.startswith(f"binaries/{p}/") for n in names) for names in present)]
-    if not found:
-        raise FaceError(f"{wiring.name}: there is no platform for which all elements have binaries, of {', '.join(zig.TARGETS)}.")
-    return found

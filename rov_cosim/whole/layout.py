@@ -39,7 +39,7 @@ class Copies(NamedTuple):
 class Layout:
     """The variables of a system's FMU: inputs, outputs, parameters, the last of them the coupling.
 
-    The outputs are in the order of the elements, those of one by type; so are `fed`, the connected inputs of each element.
+    The outputs are in the order of the elements, those of one by type; so is `fed`, the connected inputs of each.
     """
 
     wiring: Wiring
@@ -84,7 +84,7 @@ def laid_out(wiring: Wiring) -> Layout:
 
 
 def _is(variable: ModelVariable, causality: str, type_: str) -> bool:
-    return variable.causality == causality and variable.type == type_
+    return bool(variable.causality == causality and variable.type == type_)
 
 
 def _fed(element: Element, type_: str, targets: set[End]) -> Iterable[ModelVariable]:
@@ -125,7 +125,7 @@ def _copies(layout: Layout) -> Iterable[Copies]:
     elements = layout.wiring.elements
     index = {element.name: i for i, element in enumerate(elements)}
     outputs = [
-        {type_: [f"{shown.variable.name}" for shown in of_type] for type_, of_type in layout.outputs_of(i).items()}
+        {type_: [shown.variable.name for shown in of_type] for type_, of_type in layout.outputs_of(i).items()}
         for i in range(len(elements))
     ]
     inputs = [{type_: [v.name for v in of_type] for type_, of_type in by_type.items()} for by_type in layout.fed]

@@ -1,4 +1,4 @@
-"""Elements as C to be linked into one binary: the sources in their FMUs, every global name of theirs marked as their own."""
+"""Elements as C to be linked into one binary: the sources in their FMUs, every global name marked as their own."""
 
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -17,7 +17,7 @@ _EXPORTED = re.compile(r"#define FMI2_Export .+")
 
 
 def units(elements: Iterable[Element]) -> dict[str, dict[str, bytes]] | None:
-    """Return the sources of each component among the elements, one C file and what it includes, by the component's name.
+    """Return the sources of each component among the elements, a C file and what it includes, by its name.
 
     None if some element is not a native FMU of this very version of the project, or two differ under one name.
     """

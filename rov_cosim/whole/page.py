@@ -25,14 +25,14 @@ This FMU is a whole system: its elements and the master that steps them are insi
 The inner step is {step} s. A communication step has to be a multiple of it, within a millionth; another is refused with
 fmi2Error and changes nothing. Unconnected inputs are read at the begin of a communication step.
 
-The parameter `{coupling}` selects how values are handed on within an inner step. 0, Jacobi: all outputs are handed on, then all elements
-step, so that a connection delays by a step. 1, Gauss-Seidel: the elements step in turn, in the order above, each with
-the results of those before it.
+The parameter `{coupling}` selects how values are handed on within an inner step. 0, Jacobi: all outputs are handed on,
+then all elements step, so that a connection delays by a step. 1, Gauss-Seidel: the elements step in turn, in the order
+above, each with the results of those before it.
 
 Before the run the initial outputs are handed on until they no longer change.
 
-A message in the log has the name of its element before it. If an element refuses an inner step, the others may have taken it: the
-system has failed, and goes on after fmi2Reset{saved} alone.
+A message in the log has the name of its element before it. If an element refuses an inner step, others may have taken
+it: the system has failed, and goes on after fmi2Reset{saved} alone.
 """
 
 
@@ -40,7 +40,8 @@ def page(layout: Layout, linked: bool) -> str:
     """Return the HTML page; `linked` tells whether the elements are in the binary, so that the state can be saved."""
     wiring = layout.wiring
     elements = [
-        f"| `{e.name}` | {e.description.modelName} | {_cell(e.description.description or '')} |" for e in wiring.elements
+        f"| `{e.name}` | {e.description.modelName} | {_cell(e.description.description or '')} |"
+        for e in wiring.elements
     ]
     markdown = _TEXT.format(
         description=wiring.description or wiring.name,

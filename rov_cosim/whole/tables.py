@@ -7,11 +7,9 @@ import numpy as np
 
 from ..exporters.c_tables import limits, lines, number, text
 from ..exporters.model_description import LOG_CATEGORIES
+from ..master.exchange import PASSES
 from ..ssp.values import TYPES, parse
 from .layout import Layout, Shown
-
-MOST_PASSES = 100
-"""Passes over the links, beyond one for each, in which initial values that follow each other must settle."""
 
 STATE_VERSION = 1
 """Version of a saved state; raised whenever `State` in c/state.h changes."""
@@ -90,7 +88,7 @@ enum {{
     N_FED_REALS = {fed["Real"]},
     N_FED_WHOLES = {fed["Integer"] + fed["Boolean"]},
     ROW_SIZE = {8 + 8 * outputs["Real"] + 4 * outputs["Integer"] + outputs["Boolean"]},
-    MOST_PASSES = {MOST_PASSES + len(layout.wiring.links)}
+    MOST_PASSES = {PASSES + len(layout.wiring.links)}
 }};
 
 extern const Copy copies[];
@@ -99,7 +97,9 @@ extern const Copy copies[];
 
 def _links(layout: Layout, libraries: Sequence[tuple[str, str]]) -> str:
     fed = [variable.valueReference for by_type in layout.fed for vs in by_type.values() for variable in vs]
-    places, factors, copies = [], [], []
+    copies: list[str] = []
+    places: list[int] = []
+    factors: list[float] = []
     for copy in layout.copies:
         at = f"&places[{len(places)}], &places[{len(places) + len(copy.to)}], &factors[{len(factors)}]"
         copies.append(f"{{{copy.sender}, {copy.receiver}, {copy.type.upper()}, {len(copy.to)}, {at}}}")
