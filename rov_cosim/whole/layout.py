@@ -17,7 +17,7 @@ COUPLING = "coupling"
 
 
 class Shown(NamedTuple):
-    """A variable of the system: as it is described, and the element and the value reference there that it stands for."""
+    """A variable of the system: as it is described, and which element it is of, by what value reference there."""
 
     variable: ModelVariable
     element: int

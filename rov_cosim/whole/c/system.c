@@ -99,14 +99,14 @@ int do_step(Instance *instance, double time, double step) {
         now->time = end;
         return 1;
     }
-    if (!(n >= 1 && off <= SAMPLE_TOLERANCE * inner_step + 4 * spacing)) {
-        say(instance->message, "The step of %s s is no multiple of the inner step of %s s: its end, %s s, is none of its points.",
-            number(step, 6, a), number(inner_step, 6, b), number(end, 9, c));
-        return 0;
-    }
     if (!(n <= MOST_INTERNAL_STEPS)) {
         say(instance->message, "The step of %s s takes %s inner steps; expected at most %s: take a shorter one.",
             number(step, 6, a), number(n, 3, b), number(MOST_INTERNAL_STEPS, 7, c));
+        return 0;
+    }
+    if (!(n >= 1 && off <= SAMPLE_TOLERANCE * inner_step + 4 * spacing)) {
+        say(instance->message, "The step of %s s is no multiple of the inner step of %s s: its end, %s s, is none of its points.",
+            number(step, 6, a), number(inner_step, 6, b), number(end, 9, c));
         return 0;
     }
     size_t done = advance(instance->parts, (size_t)now->steps, (size_t)n, now->start_time, coupling(instance));
