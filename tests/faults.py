@@ -289,7 +289,7 @@ def names_in_system(one: Bench, component: str) -> dict[str, str]:
 
 def has_failed(one: Bench) -> bool:
     """Tell whether a system lives on after a reset alone."""
-    return one.step() == "error" and "the component is failed" in " ".join(one.messages)
+    return one.step() == "error" and "the component is stopped by a failure" in " ".join(one.messages)
 
 
 def commit(fmu: Path, fault: Fault) -> None:
@@ -372,8 +372,8 @@ INTRODUCTION = """\
 Every fault is committed by raw calls of FMI in a process of its own. Afterwards the FMU must be as before, take a good
 step, and run again after a reset; what went wrong then follows *afterwards*. A status (*error*, *discard*, *fatal*;
 *NULL* from fmi2Instantiate) stands with the message logged; *accepted* is success without a complaint, *crash* the end
-of the process by a signal, *hang* no answer in 10 s, *-* what an export does not have. The system is `station_keeping.fmu`,
-of native components; inputs stand there for others that are connected.
+of the process by a signal, *hang* no answer in 10 s, *-* what an export does not have. The system is
+`station_keeping.fmu`, of native components; there inputs stand for others that are connected.
 `python tests/faults.py --table` writes this page.
 """
 

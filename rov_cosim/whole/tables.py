@@ -60,9 +60,10 @@ const char *const log_categories[] = {{
 
 def _variable(shown: Shown) -> str:
     variable = shown.variable
-    start = 0.0 if variable.start is None else float(parse(variable.start, variable.type))
     low = -np.inf if variable.min is None else float(variable.min)
     high = np.inf if variable.max is None else float(variable.max)
+    # An output has a legal value before it is known.
+    start = min(max(0.0, low), high) if variable.start is None else float(parse(variable.start, variable.type))
     fixed = int(variable.causality == "parameter" and variable.variability != "tunable")
     values = ", ".join(map(number, (start, low, high)))
     return f"{{{text(variable.name)}, {variable.type.upper()}, {fixed}, {values}}}"
@@ -92,11 +93,13 @@ enum {{
 }};
 
 extern const Copy copies[];
+extern const uint32_t whole_references[]; /* of the outputs that are no Reals */
 """
 
 
 def _links(layout: Layout, libraries: Sequence[tuple[str, str]]) -> str:
     fed = [variable.valueReference for by_type in layout.fed for vs in by_type.values() for variable in vs]
+    wholes = [shown.variable.valueReference for shown in layout.outputs if shown.variable.type != "Real"]
     copies: list[str] = []
     places: list[int] = []
     factors: list[float] = []
@@ -123,6 +126,10 @@ const uint32_t owners[] = {{
 
 const fmi2ValueReference references[] = {{
 {_row(shown.reference for shown in layout.variables)}
+}};
+
+const uint32_t whole_references[] = {{
+{_row([*wholes, 0])}
 }};
 
 const fmi2ValueReference fed_references[] = {{

@@ -16,7 +16,7 @@ void say_range(Instance *instance, const char *before, int reference, double val
 
 const char *phase_name(int64_t phase) {
     return phase == INSTANTIATED ? "instantiated" : phase == INITIALIZING ? "initializing"
-         : phase == RUNNING      ? "running"      : phase == TERMINATED   ? "terminated"   : "failed";
+         : phase == RUNNING      ? "running"      : phase == TERMINATED   ? "terminated"   : "stopped by a failure";
 }
 
 int is_output(uint32_t reference) {

@@ -180,14 +180,16 @@ void free_elements(Elements *e) {
 
 /* --- running --- */
 
-/* Give the outputs that are no Reals to the system. */
+/* Outputs that are no Reals have memory of their own: give them to the system, or take them back. */
+
 static void publish(Elements *e) {
-    size_t at = first_output, wholes = 0;
-    for (size_t i = 0; i < N_ELEMENTS; i++)
-        for (int type = REAL; type < STRING; type++)
-            for (size_t n = elements_table[i].outputs[type]; n > 0; n--, at++)
-                if (type != REAL)
-                    e->values[at] = type == BOOLEAN ? e->whole_outputs[wholes++] != 0 : e->whole_outputs[wholes++];
+    for (size_t i = 0; i < N_WHOLE_OUTPUTS; i++)
+        e->values[whole_references[i]] = e->whole_outputs[i];
+}
+
+static void take_back(Elements *e) {
+    for (size_t i = 0; i < N_WHOLE_OUTPUTS; i++)
+        e->whole_outputs[i] = (int)e->values[whole_references[i]];
 }
 
 static int read_all(Elements *e) {
@@ -214,9 +216,9 @@ int renew(Elements *e) {
 int hand_in(Elements *e, uint32_t reference, int type, double value) {
     size_t i = owners[reference];
     const fmi2ValueReference *vr = &references[reference];
-    fmi2Integer whole = (fmi2Integer)value;
     if (type == REAL)
         return CALL(e, i, SetReal, vr, 1, &value);
+    fmi2Integer whole = (fmi2Integer)value;
     if (type == INTEGER)
         return CALL(e, i, SetInteger, vr, 1, &whole);
     return CALL(e, i, SetBoolean, vr, 1, &whole);
@@ -302,6 +304,7 @@ int restore_states(Elements *e) {
     for (size_t i = 0; i < N_ELEMENTS; i++)
         if (!CALL(e, i, SetFMUstate, e->states[i]))
             return 0;
+    take_back(e);
     e->stage = LEFT;
-    return read_all(e);
+    return 1;
 }
