@@ -12,7 +12,7 @@ from ..exporters.native_export import CHECKSUMS, binary_place, checksums, hand_w
 from ..ssp.wiring import Element, Wiring
 from . import linking, page, tables
 from .description import describe
-from .layout import laid_out
+from .layout import Layout, laid_out
 
 _OF_COMPONENTS = {
     "instance.c",
@@ -25,6 +25,10 @@ _OF_COMPONENTS = {
     "noise.h",
 }
 """What of the components' shell is for them alone."""
+
+_LOOP = ("loop.c", "message.c")
+_LOOP_HEADERS = ("loop.h", "message.h", "hidden.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
+"""What is the same in every system, and what that includes."""
 
 _MASTER = f"{__package__.rsplit('.', 1)[0]}.master"
 
@@ -56,16 +60,18 @@ def entries(
     name, units = identifier(wiring.name), linking.units(wiring.elements)
     layout = laid_out(wiring)
     description = describe(layout, name, can_save=units is not None)
-    shared = {file: text for file, text in hand_written().items() if file not in _OF_COMPONENTS}
-    own = {**shared, **_hand_written("loaded.c" if units is not None else "linked.c")}
-    own |= tables.sources(layout, description.guid, [_library(element) for element in wiring.elements])
-    if units is not None:
-        own["linked.h"] = linking.table(wiring.elements)
-    code = {**own, **{file: text for unit in (units or {}).values() for file, text in unit.items()}}
-    listed = sorted(file for file in code if file.endswith(".c") and "/" not in file)
+    code = _sources(layout, description.guid, linked=units is not None)
+    elements = ("elements.c", "links.c", "linked.c" if units is not None else "loaded.c")
+    rest = [file for file in sorted(code) if file.endswith(".c") and file not in (*elements, *_LOOP)]
+    own = linking.unit("system", "system", rest, code, "The shell of the components around a system.")
+    own |= linking.unit("elements", "system", elements, code, "The elements of the system.")
+    loop = {file: text for file, text in code.items() if file in _LOOP or file in _LOOP_HEADERS}
+    kept = {**(units or {}), "loop": linking.unit("loop", "system", _LOOP, loop, "The loop of the master.")}
+    sources = {**own, **{file: text for unit in kept.values() for file, text in unit.items()}}
+    listed = sorted(file for file in sources if file.endswith(".c") and "/" not in file)
     content = {
         "modelDescription.xml": model_description.to_xml(description, listed),
-        **{f"sources/{file}": text for file, text in code.items()},
+        **{f"sources/{file}": text for file, text in sources.items()},
         "sources/recipe.txt": zig.recipe().encode(),
         **documentation.around(page.page(layout, linked=units is not None), "SYS", ["rov-cosim"]),
     }
@@ -78,7 +84,7 @@ def entries(
         place = binary_place(name, platform)
         if place not in binaries:
             progress(f"compiling {wiring.name} for {platform}")
-            objects = partial(linking.objects, units or {}, progress=progress)
+            objects = partial(linking.objects, kept, progress=progress)
             binaries[place] = zig.shared_library(name, own, platform, objects)
     return {**content, **binaries, CHECKSUMS: checksums(binaries)}
 
@@ -99,10 +105,17 @@ def identifier(name: str) -> str:
     return safe if safe[:1].isalpha() else f"system_{safe}"
 
 
-def _hand_written(omitted: str) -> dict[str, bytes]:
+def _sources(layout: Layout, guid: str, linked: bool) -> dict[str, bytes]:
+    """Return all C of a system but that of its elements, by file name."""
     folder = files(__package__) / "c"
-    code = {file.name: file.read_bytes() for file in folder.iterdir() if file.name != omitted}
-    return {**code, **{name: (files(_MASTER) / "c" / name).read_bytes() for name in ("loop.c", "loop.h")}}
+    code = {file: text for file, text in hand_written().items() if file not in _OF_COMPONENTS}
+    code |= {file.name: file.read_bytes() for file in folder.iterdir()}
+    code |= {file: (files(_MASTER) / "c" / file).read_bytes() for file in ("loop.c", "loop.h")}
+    code |= tables.sources(layout, guid, [_library(element) for element in layout.wiring.elements])
+    if linked:
+        code["linked.h"] = linking.table(layout.wiring.elements)
+    del code["loaded.c" if linked else "linked.c"]
+    return code
 
 
 def _library(element: Element) -> tuple[str, str]:

@@ -63,17 +63,24 @@ def _unit(element: Element) -> dict[str, bytes] | None:
     # The header's own way to a prefix, which FMPy's copy has taken out; and the functions are not for outside.
     header = _EXPORTED.sub("#define FMI2_Export", header.replace(_ENTRY, f"#define fmi2FullName(name) {name}_##name"))
     code["fmi2Functions.h"] = header.encode()
+    marks = ["#define CASADI_CODEGEN_PREFIX", f"#define CODEGEN_PREFIX {name}_model_"]
+    marks += [f"#define {word} {name}_{word}" for word in renamed]
+    files = sorted(file for file in code if file.endswith(".c"))
+    return unit(name, name, files, code, f"{name}, whole: every global name in it is marked as its own.", marks)
+
+
+def unit(
+    name: str, folder: str, files: Iterable[str], code: Mapping[str, bytes], title: str, before: Iterable[str] = ()
+) -> dict[str, bytes]:
+    """Return sources to be compiled as one: NAME.c, which includes these files of `code`, and all of it in a folder."""
     lines = [
-        f"/* {name}, whole: every global name in it is marked as its own. */",
+        f"/* {title} */",
         *(f"#include <{header}.h>" for header in _SYSTEM_HEADERS),
         "",
-        "#define CASADI_CODEGEN_PREFIX",
-        f"#define CODEGEN_PREFIX {name}_model_",
-        *(f"#define {word} {name}_{word}" for word in renamed),
-        "",
-        *(f'#include "{name}/{file}"' for file in sorted(code) if file.endswith(".c")),
+        *before,
+        *(f'#include "{folder}/{file}"' for file in files),
     ]
-    return {f"{name}.c": "\n".join([*lines, ""]).encode(), **{f"{name}/{file}": text for file, text in code.items()}}
+    return {f"{name}.c": "\n".join([*lines, ""]).encode(), **{f"{folder}/{file}": text for file, text in code.items()}}
 
 
 def objects(

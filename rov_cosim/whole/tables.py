@@ -80,6 +80,9 @@ def _link_sizes(layout: Layout) -> str:
     fed = {type_: sum(len(by_type[type_]) for by_type in layout.fed) for type_ in TYPES}
     return f"""\
 /* Sizes of the tables in links.c. */
+#ifndef LINKS_H
+#define LINKS_H
+
 #include "loop.h"
 
 enum {{
@@ -94,6 +97,8 @@ enum {{
 
 extern const Copy copies[];
 extern const uint32_t whole_references[]; /* of the outputs that are no Reals */
+
+#endif
 """
 
 
