@@ -74,7 +74,7 @@ def test_calls_in_any_order_keep_a_system_whole(fmus, leaks, tmp_path):
             path = tmp_path / name.removeprefix("sources/")
             path.parent.mkdir(exist_ok=True)
             path.write_bytes(content)
-    keeps_whole(tmp_path, leaks, "-DSYSTEM")
+    keeps_whole(tmp_path, leaks, "-DSYSTEM", f"-I{tmp_path / 'system'}")
 
 
 def keeps_whole(tmp_path, leaks, *options):
