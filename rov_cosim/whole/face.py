@@ -61,7 +61,8 @@ def entries(
     layout = laid_out(wiring)
     description = describe(layout, name, can_save=units is not None)
     code = _sources(layout, description.guid, linked=units is not None)
-    elements = ("elements.c", "links.c", "linked.c" if units is not None else "loaded.c")
+    # First the one that includes more of the system: its headers must come before those that hide what they declare.
+    elements = ("linked.c" if units is not None else "loaded.c", "elements.c", "links.c")
     rest = [file for file in sorted(code) if file.endswith(".c") and file not in (*elements, *_LOOP)]
     own = linking.unit("system", "system", rest, code, "The shell of the components around a system.")
     own |= linking.unit("elements", "system", elements, code, "The elements of the system.")
