@@ -123,16 +123,6 @@ def test_each_trouble_of_a_system_becomes_an_archive(fmus, name, tmp_path):
     assert ("current" in written) == (name == "bluerov2")
 
 
-def test_an_archive_with_factors_is_told_to_be_for_ssp_alone(fmus, tmp_path):
-    told = []
-    factor = System("f", "", {"a": "adaptive_pd", "b": "pid"}, (("a.e", "b.eta_d", {"y": -1.0}),), 0.3)
-    assert write(wire(factor, fmus), tmp_path / "f.ssp", warn=told.append)
-    assert told == [
-        "1 connections have a factor, for example a.e.y -> b.eta_d.y: the archive has SSP content alone, "
-        "which `fmpy simulate` cannot run."
-    ]
-
-
 @pytest.mark.parametrize(
     ("values", "limit", "status", "verdict"),
     [

@@ -6,7 +6,6 @@ from pathlib import Path
 from ..exporters import archive, stamp
 from ..ssp import writer
 from ..ssp.wiring import Wiring
-from . import face
 
 _CODE = [Path(__file__).parent.with_name(name) for name in ("master", "ssp", "whole")]
 
@@ -19,6 +18,8 @@ def write_fmu(wiring: Wiring, path: Path, progress: Callable[[str], object] = la
     BuildError : it cannot be compiled.
     OSError : it cannot be written.
     """
+    from . import face  # loads what builds, which takes longer than most runs
+
     made_of = stamp.of(writer.entries(wiring), _CODE)
     if stamp.holds(path, made_of, face.platforms(wiring)):
         return False
@@ -49,6 +50,8 @@ def write(
     """
     content = writer.entries(wiring)
     if not plain:
+        from . import face
+
         try:
             content |= archive.read(fmu) if fmu else face.entries(wiring, archive.present(path), progress)
         except face.FaceError as error:
