@@ -1,3 +1,4 @@
+#include <math.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -193,7 +194,7 @@ static void take_back(Elements *e) {
 }
 
 static int read_all(Elements *e) {
-    Watch watch = {0, 0, 0, 0, 0, 0, 0};
+    Watch watch = {0};
     int well = begin(&e->loop, e->rows, &watch);
     if (!well)
         blame_in_loop(e, &watch);
@@ -225,7 +226,7 @@ int hand_in(Elements *e, uint32_t reference, int type, double value) {
 }
 
 int enter(Elements *e, double start_time, int coupling) {
-    Watch watch = {0, 0, 0, 0, 0, 0, 0};
+    Watch watch = {0};
     e->loop.start_time = start_time;
     e->loop.coupling = (size_t)coupling;
     for (size_t i = 0; i < N_ELEMENTS; i++)
@@ -257,10 +258,10 @@ int leave(Elements *e) {
 }
 
 size_t advance(Elements *e, size_t first, size_t count, double start_time, int coupling) {
-    Watch watch = {0, 0, 0, 0, 0, 0, 0};
+    Watch watch = {0};
     e->loop.start_time = start_time;
     e->loop.coupling = (size_t)coupling;
-    size_t done = run(&e->loop, first, count, NULL, SIZE_MAX, e->rows, &watch);
+    size_t done = run(&e->loop, first, count, NULL, INFINITY, e->rows, &watch);
     if (done < count)
         blame_in_loop(e, &watch);
     publish(e);
