@@ -61,11 +61,12 @@ def entries(
     layout = laid_out(wiring)
     description = describe(layout, name, can_save=units is not None)
     code = _sources(layout, description.guid, linked=units is not None)
-    # First the one that includes more of the system: its headers must come before those that hide what they declare.
-    elements = ("linked.c" if units is not None else "loaded.c", "elements.c", "links.c")
-    rest = [file for file in sorted(code) if file.endswith(".c") and file not in (*elements, *_LOOP)]
+    functions = "linked.c" if units is not None else "loaded.c"
+    elements = ("elements.c", "links.c")
+    rest = [file for file in sorted(code) if file.endswith(".c") and file not in (functions, *elements, *_LOOP)]
     own = linking.unit("system", "system", rest, code, "The shell of the components around a system.")
     own |= linking.unit("elements", "system", elements, code, "The elements of the system.")
+    own |= linking.unit("functions", "system", [functions], code, "Where their functions are.")
     loop = {file: text for file, text in code.items() if file in _LOOP or file in _LOOP_HEADERS}
     kept = {**(units or {}), "loop": linking.unit("loop", "system", _LOOP, loop, "The loop of the master.")}
     sources = {**own, **{file: text for unit in kept.values() for file, text in unit.items()}}
