@@ -3,7 +3,6 @@
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +10,12 @@ import pytest
 from fmpy import read_model_description, simulate_fmu
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
+from lxml import etree
 from pythonfmu.builder import FmuBuilder
 
 from fmu import Fmu
-from rov_cosim.exporters import archive
-from rov_cosim.exporters.build import fmu_path, project_root
+from rov_cosim.exporters import archive, native_export, zig
+from rov_cosim.exporters.build import components, fmu_path, project_root
 from rov_cosim.importers.measuring import measure
 from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.master.exchange import gauss_seidel, jacobi
@@ -352,12 +352,8 @@ def test_a_rebuild_gives_the_same_bytes(archives, tmp_path):
 
 @pytest.mark.slow
 def test_the_sources_inside_make_the_same(archives, tmp_path):
-    if not find_spec("ziglang"):
-        pytest.skip("there is no compiler")
-    from rov_cosim.exporters import zig
-
     content = archive.read(path_of(NAME))
-    listed = read_model_description(str(path_of(NAME))).coSimulation.sourceFiles
+    listed = [file.get("name") for file in etree.fromstring(content["modelDescription.xml"]).iter("File")]
     sources = {n.removeprefix("sources/"): data for n, data in content.items() if n.startswith("sources/")}
     assert set(listed) == {name for name in sources if name.endswith(".c") and "/" not in name}
     binary = zig.shared_library(NAME, sources, "linux64")
@@ -365,3 +361,19 @@ def test_the_sources_inside_make_the_same(archives, tmp_path):
     archive.write(made, {**content, f"binaries/linux64/{NAME}.so": binary})
     ours = simulate(wire(SYSTEMS[NAME]), stop_time=3.0)
     assert equal(run(made, ours), ours)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("linked", [True, False])
+def test_there_is_a_binary_for_each_platform_of_all_elements(fmus, tmp_path, linked):
+    component = components()["scenario"]
+    path = tmp_path / "scenario.fmu"
+    native_export.export(component, path, zig.TARGETS)
+    if not linked:
+        archive.write(path, {**archive.read(path), "sources/recipe.txt": b"another"})
+    writer.write_fmu(wire(System("one", "", {"a": "scenario"}, (), 0.9), {"scenario": path}), tmp_path / "one.fmu")
+    content = archive.read(tmp_path / "one.fmu")
+    assert ("resources/a/modelDescription.xml" in content) == (not linked)
+    assert {name for name in content if name.startswith("binaries/")} == {
+        f"binaries/{platform}/one{suffix}" for platform, suffix in zig.SUFFIXES.items()
+    }
