@@ -50,7 +50,7 @@ def source(component: Component, guid: str) -> str:
     """Return component.c: variables, messages, and what identifies the component."""
     return f"""\
 /* The declared interface of {component.name}. */
-#include <math.h>
+#include <float.h>
 
 #include "interface.h"
 
@@ -108,7 +108,7 @@ def _fingerprint(component: Component) -> bytes:
 
 def _number(value: float) -> str:
     if np.isinf(value):
-        return "INFINITY" if value > 0 else "-INFINITY"
+        return "DBL_MAX" if value > 0 else "-DBL_MAX"
     return repr(float(value))
 
 

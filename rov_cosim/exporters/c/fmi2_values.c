@@ -16,20 +16,26 @@ static int are_variables(Slave *slave, Call call, Type type, const fmi2ValueRefe
                          const void *values) {
     if (n && !(given(slave, call, vr, "vr") && given(slave, call, values, "value")))
         return 0;
-    for (size_t i = 0; i < n; i++)
-        if (checked(slave, is_variable(&slave->instance, vr[i], type)) != fmi2OK)
+    for (size_t i = 0; i < n; i++) {
+        if (!is_variable(vr[i], type)) {
+            why_not_variable(&slave->instance, vr[i], type);
+            report(slave, fmi2Error);
             return 0;
+        }
+    }
     return 1;
 }
 
 static fmi2Status get(fmi2Component c, Call call, Type type, const fmi2ValueReference vr[], size_t n,
                       void *values) {
     Slave *slave = called(c, call);
+    int outputs = 0;
     if (!slave || !are_variables(slave, call, type, vr, n, values))
         return fmi2Error;
     for (size_t i = 0; i < n; i++)
-        if (is_output(vr[i]) && !prepare_outputs(&slave->instance))
-            return report(slave, fmi2Error);
+        outputs |= is_output(vr[i]);
+    if (outputs && !prepare_outputs(&slave->instance))
+        return report(slave, fmi2Error);
     for (size_t i = 0; i < n; i++) {
         double value = slave->instance.now.values[vr[i]];
         if (type == REAL)
@@ -46,9 +52,12 @@ static fmi2Status set(fmi2Component c, Call call, Type type, const fmi2ValueRefe
     Slave *slave = called(c, call);
     if (!slave || !are_variables(slave, call, type, vr, n, values))
         return fmi2Error;
-    for (size_t i = 0; i < n; i++)
-        if (!is_settable(&slave->instance, vr[i], element(type, values, i)))
+    for (size_t i = 0; i < n; i++) {
+        if (!is_settable(&slave->instance, vr[i], element(type, values, i))) {
+            why_not_settable(&slave->instance, vr[i], element(type, values, i));
             return report(slave, fmi2Error);
+        }
+    }
     for (size_t i = 0; i < n; i++)
         assign(&slave->instance, vr[i], element(type, values, i));
     return fmi2OK;

@@ -1,3 +1,4 @@
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -9,7 +10,7 @@
 static void say_range(Instance *instance, const char *before, int reference, double value) {
     const Variable *v = &variables[reference];
     char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
-    int below = v->minimum != -INFINITY, above = v->maximum != INFINITY;
+    int below = v->minimum != -DBL_MAX, above = v->maximum != DBL_MAX;
     say(instance->message, "%s%s is %s; expected a finite number", before, v->name, number(value, 6, a));
     if (below)
         append(instance->message, " of at least %s", number(v->minimum, 6, b));
@@ -21,14 +22,6 @@ static void say_range(Instance *instance, const char *before, int reference, dou
 const char *phase_name(int64_t phase) {
     return phase == INSTANTIATED ? "instantiated" : phase == INITIALIZING ? "initializing"
          : phase == RUNNING      ? "running"      : "terminated";
-}
-
-int is_output(uint32_t reference) {
-    return reference >= FIRST_OUTPUT && reference < FIRST_PARAMETER;
-}
-
-int legal(int reference, double value) {
-    return isfinite(value) && value >= variables[reference].minimum && value <= variables[reference].maximum;
 }
 
 static int check_parameters(Instance *instance) {
@@ -70,11 +63,11 @@ static int check_result(Instance *instance, const Result *result, const char *wh
     return 0;
 }
 
-static void notify(Instance *instance, const double *previous) {
+/* Tell the warnings of outputs `y` that the previous ones, if any, did not ask for. */
+static void notify(Instance *instance, const double *y, const double *previous) {
     char time[NUMBER_SIZE];
     for (const Notice *notice = notices; notice->message; notice++) {
-        double value = instance->now.values[FIRST_OUTPUT + notice->output];
-        if (value != notice->value || (previous && previous[notice->output] == notice->value))
+        if (y[notice->output] != notice->value || (previous && previous[notice->output] == notice->value))
             continue;
         say(instance->message, "At %s s: %s", number(instance->now.time, 9, time), notice->message);
         instance->warn(instance->receiver, instance->message);
@@ -92,30 +85,24 @@ void reset(Instance *instance) {
     instance->now.stale = instance->now.unchecked = 1;
 }
 
-int is_variable(Instance *instance, uint32_t reference, Type type) {
+void why_not_variable(Instance *instance, uint32_t reference, Type type) {
     static const char *const names[] = {"Real", "Integer", "Boolean", "String"};
     if (reference >= N_VARIABLES)
         say(instance->message, "There is no variable with value reference %lu; expected 0 to %d.", (unsigned long)reference,
             N_VARIABLES - 1);
-    else if (variables[reference].type != type)
+    else
         say(instance->message, "%s (value reference %lu) is of type %s, not %s.", variables[reference].name,
             (unsigned long)reference, names[variables[reference].type], names[type]);
-    else
-        return 1;
-    return 0;
 }
 
-int is_settable(Instance *instance, uint32_t reference, double value) {
-    const Variable *v = &variables[reference];
+void why_not_settable(Instance *instance, uint32_t reference, double value) {
     if (!legal((int)reference, value))
         say_range(instance, "", (int)reference, value);
     else if (is_output(reference))
-        say(instance->message, "%s is an output: only inputs and parameters can be set.", v->name);
-    else if (v->fixed && instance->now.phase >= RUNNING)
-        say(instance->message, "%s is a fixed parameter: set it before the initialization ends.", v->name);
+        say(instance->message, "%s is an output: only inputs and parameters can be set.", variables[reference].name);
     else
-        return 1;
-    return 0;
+        say(instance->message, "%s is a fixed parameter: set it before the initialization ends.",
+            variables[reference].name);
 }
 
 void assign(Instance *instance, uint32_t reference, double value) {
@@ -140,6 +127,10 @@ int is_rate_settable(Instance *instance, uint32_t reference, double rate) {
 }
 
 /* --- life --- */
+
+double spacing(double time) {
+    return nextafter(fabs(time), INFINITY) - fabs(time);
+}
 
 static Conditions conditions(const State *state) {
     Conditions at = {state->values, state->u_rate, &state->values[FIRST_PARAMETER], state->start_time, state->time};
@@ -198,14 +189,13 @@ int exit_initialization(Instance *instance) {
     if (!preview(instance))
         return 0;
     instance->now.phase = RUNNING;
-    notify(instance, 0);
+    notify(instance, &instance->now.values[FIRST_OUTPUT], 0);
     return 1;
 }
 
 int do_step(Instance *instance, double time, double step) {
     State *now = &instance->now;
-    double spacing = nextafter(fabs(now->time), INFINITY) - fabs(now->time);
-    double tolerance = TIME_TOLERANCE * fmax(1.0, now->time - now->start_time) + 4 * spacing;
+    double tolerance = TIME_TOLERANCE * fmax(1.0, now->time - now->start_time) + 4 * spacing(now->time);
     char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
     if (!(fabs(time - now->time) <= tolerance && isfinite(tolerance))) {
         say(instance->message, "Expected the communication point %s s but was %s s.", number(now->time, 9, a), number(time, 9, b));
@@ -223,21 +213,21 @@ int do_step(Instance *instance, double time, double step) {
     if (!check_parameters(instance))
         return 0;
     if (step >= TIME_TOLERANCE) {
-        Result before, after;
+        Result result;
         Conditions at = conditions(now);
         at.time = time;
-        present(instance, &before);
-        double n = internal_steps(&before, &at, step);
+        present(instance, &result);
+        double n = internal_steps(&result, &at, step);
         if (!(n <= MOST_INTERNAL_STEPS)) {
             say(instance->message, "The step of %s s takes %s internal steps; expected at most %s: take a shorter one.",
                 number(step, 6, a), number(n, 3, b), number(MOST_INTERNAL_STEPS, 7, c));
             return 0;
         }
-        take_step(&before, &at, step, &after);
-        if (!check_result(instance, &after, "step from", time))
+        take_step(&result, &at, step);
+        if (!check_result(instance, &result, "step from", time))
             return 0;
-        accept(instance, &after);
-        notify(instance, before.y);
+        notify(instance, result.y, &now->values[FIRST_OUTPUT]);
+        accept(instance, &result);
         memset(now->u_rate, 0, sizeof now->u_rate); /* they are given from the beginning of a step */
     }
     now->time = time + step;

@@ -32,13 +32,31 @@ typedef struct {
     void *receiver; /* of `warn` */
 } Instance;
 
+/* Asked of each value that comes or goes in a step, hence inline. Each `why_not` says why it is not so. */
+
+static inline int legal(int reference, double value) {
+    return value >= variables[reference].minimum && value <= variables[reference].maximum; /* thus finite */
+}
+
+static inline int is_output(uint32_t reference) {
+    return reference >= FIRST_OUTPUT && reference < FIRST_PARAMETER;
+}
+
+static inline int is_variable(uint32_t reference, Type type) {
+    return reference < N_VARIABLES && variables[reference].type == type;
+}
+
+static inline int is_settable(const Instance *instance, uint32_t reference, double value) {
+    return legal((int)reference, value) && !is_output(reference)
+        && !(variables[reference].fixed && instance->now.phase >= RUNNING);
+}
+
+void why_not_variable(Instance *instance, uint32_t reference, Type type);
+void why_not_settable(Instance *instance, uint32_t reference, double value);
+
 /* Those that return int return whether it went well. */
 
-int legal(int reference, double value); /* finite and in range */
-int is_output(uint32_t reference);
 void reset(Instance *instance);
-int is_variable(Instance *instance, uint32_t reference, Type type);
-int is_settable(Instance *instance, uint32_t reference, double value);
 void assign(Instance *instance, uint32_t reference, double value);
 int is_rate_settable(Instance *instance, uint32_t reference, double rate);
 int prepare_outputs(Instance *instance); /* before the first step they follow from inputs and parameters */

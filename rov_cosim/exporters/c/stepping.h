@@ -19,10 +19,14 @@ typedef struct {
 
 extern const int interpolates_inputs;
 
+/* The distance from a time to the next number beyond it; instance.c has it. */
+double spacing(double time);
+
 /* About how many internal steps or samples a step of so many seconds takes. */
 double internal_steps(const Result *before, const Conditions *at, double step);
 
-void take_step(const Result *before, const Conditions *at, double step, Result *after);
+/* Take the result of the last step on to that of this one. */
+void take_step(Result *result, const Conditions *at, double step);
 
 /* The outputs that follow from the state and the inputs as they are now. */
 void present_outputs(const Result *state, const Conditions *at, double *y);
