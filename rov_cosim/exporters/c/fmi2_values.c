@@ -29,13 +29,11 @@ static int are_variables(Slave *slave, Call call, Type type, const fmi2ValueRefe
 static fmi2Status get(fmi2Component c, Call call, Type type, const fmi2ValueReference vr[], size_t n,
                       void *values) {
     Slave *slave = called(c, call);
-    int outputs = 0;
     if (!slave || !are_variables(slave, call, type, vr, n, values))
         return fmi2Error;
-    for (size_t i = 0; i < n; i++)
-        outputs |= is_output(vr[i]);
-    if (outputs && !prepare_outputs(&slave->instance))
-        return report(slave, fmi2Error);
+    for (size_t i = 0; i < n && awaits_preview(&slave->instance); i++)
+        if (is_output(vr[i]) && !preview(&slave->instance))
+            return report(slave, fmi2Error);
     for (size_t i = 0; i < n; i++) {
         double value = slave->instance.now.values[vr[i]];
         if (type == REAL)

@@ -105,13 +105,6 @@ void why_not_settable(Instance *instance, uint32_t reference, double value) {
             variables[reference].name);
 }
 
-void assign(Instance *instance, uint32_t reference, double value) {
-    instance->now.values[reference] = value;
-    instance->now.stale = 1;
-    if (reference >= FIRST_PARAMETER)
-        instance->now.unchecked = 1;
-}
-
 int is_rate_settable(Instance *instance, uint32_t reference, double rate) {
     char text[NUMBER_SIZE];
     if (!interpolates_inputs)
@@ -155,7 +148,7 @@ static void initial_state(Instance *instance, double *x) {
     model_initial_state(arguments, results, 0, 0, 0);
 }
 
-static int preview(Instance *instance) {
+int preview(Instance *instance) {
     Conditions at = conditions(&instance->now);
     Result first = {.samples = 0};
     if (!check_parameters(instance))
@@ -167,10 +160,6 @@ static int preview(Instance *instance) {
     accept(instance, &first);
     instance->now.stale = 0;
     return 1;
-}
-
-int prepare_outputs(Instance *instance) {
-    return instance->now.phase >= RUNNING || !instance->now.stale || preview(instance);
 }
 
 int set_times(Instance *instance, double start_time, double stop_time) {

@@ -51,15 +51,25 @@ static inline int is_settable(const Instance *instance, uint32_t reference, doub
         && !(variables[reference].fixed && instance->now.phase >= RUNNING);
 }
 
+static inline void assign(Instance *instance, uint32_t reference, double value) {
+    instance->now.values[reference] = value;
+    instance->now.stale = 1;
+    instance->now.unchecked |= reference >= FIRST_PARAMETER;
+}
+
+/* Before the first step the outputs follow from inputs and parameters. */
+static inline int awaits_preview(const Instance *instance) {
+    return instance->now.stale && instance->now.phase < RUNNING;
+}
+
 void why_not_variable(Instance *instance, uint32_t reference, Type type);
 void why_not_settable(Instance *instance, uint32_t reference, double value);
 
 /* Those that return int return whether it went well. */
 
 void reset(Instance *instance);
-void assign(Instance *instance, uint32_t reference, double value);
 int is_rate_settable(Instance *instance, uint32_t reference, double rate);
-int prepare_outputs(Instance *instance); /* before the first step they follow from inputs and parameters */
+int preview(Instance *instance); /* the outputs of the beginning */
 int set_times(Instance *instance, double start_time, double stop_time);
 int exit_initialization(Instance *instance);
 int do_step(Instance *instance, double time, double step);
