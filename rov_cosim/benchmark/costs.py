@@ -38,10 +38,10 @@ Cost = Callable[[], tuple[float, ...]]
 """Measures once what a communication step costs in s; several costs where one program tells them all."""
 
 
-def in_turns(ways: Mapping[str, Cost]) -> dict[str, tuple[float, ...]]:
+def in_turns(ways: Mapping[str, Cost], rounds: int = ROUNDS) -> dict[str, tuple[float, ...]]:
     """Return the least costs by way, the ways measured in turns, so that a busy moment falls on all of them."""
     best: dict[str, tuple[float, ...]] = {}
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         for name, measured in ways.items():
             costs = measured()
             best[name] = tuple(map(min, costs, best.get(name, costs)))
