@@ -34,13 +34,13 @@ static fmi2Status get(fmi2Component c, Call call, Type type, const fmi2ValueRefe
     for (size_t i = 0; i < n && awaits_preview(&slave->instance); i++)
         if (is_output(vr[i]) && !preview(&slave->instance))
             return report(slave, fmi2Error);
-    for (size_t i = 0; i < n; i++) {
-        double value = slave->instance.now.values[vr[i]];
-        if (type == REAL)
-            ((fmi2Real *)values)[i] = value;
-        else
-            ((fmi2Integer *)values)[i] = (fmi2Integer)value; /* a Boolean is an int too */
-    }
+    const double *from = slave->instance.now.values;
+    if (type == REAL)
+        for (size_t i = 0; i < n; i++)
+            ((fmi2Real *)values)[i] = from[vr[i]];
+    else
+        for (size_t i = 0; i < n; i++)
+            ((fmi2Integer *)values)[i] = (fmi2Integer)from[vr[i]]; /* a Boolean is an int too */
     return fmi2OK;
 }
 
