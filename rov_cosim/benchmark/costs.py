@@ -16,7 +16,7 @@ from ..components.interface import SAMPLE_TIME, Component, Continuous
 from ..exporters import native_export, zig
 from ..master.exchange import InPython, Steps, jacobi
 from ..master.instances import Instances
-from ..master.memory import Memory, Watch
+from ..master.memory import Watch
 from ..master.simulation import initialize, simulate
 from ..master.slave import Slave
 from ..master.unpacked import Folders
@@ -71,8 +71,6 @@ def in_c(component: Component) -> Iterator[Cost]:
 def in_loop(wiring: Wiring, folders: Folders, steps: int, in_numpy: bool = False) -> Cost:
     """Return what measures the Jacobi master, its steps in C or in NumPy, with FMUs from some folders."""
 
-    memory = Memory()
-
     def measured() -> tuple[float, ...]:
         taken = []
 
@@ -83,8 +81,7 @@ def in_loop(wiring: Wiring, folders: Folders, steps: int, in_numpy: bool = False
 
         stop_time = wiring.start_time + steps * wiring.step_size
         with Instances(folders=folders) as instances:
-            how = {"progress": stopwatch, "instances": instances, "in_numpy": in_numpy, "memory": memory}
-            simulate(wiring, stop_time=stop_time, **how)
+            simulate(wiring, stop_time=stop_time, progress=stopwatch, instances=instances, in_numpy=in_numpy)
         return (taken[0] / steps,)
 
     return measured
