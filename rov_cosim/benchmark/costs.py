@@ -68,8 +68,11 @@ def in_c(component: Component) -> Iterator[Cost]:
         yield measured
 
 
-def in_loop(wiring: Wiring, folders: Folders, steps: int, in_numpy: bool = False) -> Cost:
-    """Return what measures the Jacobi master, its steps in C or in NumPy, with FMUs from some folders."""
+def in_loop(wiring: Wiring, folders: Folders, steps: int, every: int = 1, in_numpy: bool = False) -> Cost:
+    """Return what measures the Jacobi master, its steps in C or in NumPy, with FMUs from some folders.
+
+    It records all outputs after every so many steps.
+    """
 
     def measured() -> tuple[float, ...]:
         taken = []
@@ -81,7 +84,14 @@ def in_loop(wiring: Wiring, folders: Folders, steps: int, in_numpy: bool = False
 
         stop_time = wiring.start_time + steps * wiring.step_size
         with Instances(folders=folders) as instances:
-            simulate(wiring, stop_time=stop_time, progress=stopwatch, instances=instances, in_numpy=in_numpy)
+            simulate(
+                wiring,
+                stop_time=stop_time,
+                progress=stopwatch,
+                instances=instances,
+                output_interval=every * wiring.step_size,
+                in_numpy=in_numpy,
+            )
         return (taken[0] / steps,)
 
     return measured

@@ -27,6 +27,9 @@ TRACED, DRAWN, DO_STEP = "C: traced functions, bare", "C: the same, and the nois
 IN_NUMPY = "native FMUs, steps in NumPy"
 DO_NOTHING = "FMUs that do nothing"
 
+EVERY = 100
+SPARSE = f"the same, recorded every {EVERY} steps"
+
 
 def report(system: System, folder: str) -> Iterator[str]:
     """Yield the lines of the tables, each as soon as it is measured; runs leave their results in the folder."""
@@ -81,6 +84,7 @@ def report(system: System, folder: str) -> Iterator[str]:
     for place, label in enumerate(("traced functions", "traced functions and noise")):
         floor = sum(best[name][place] for name in system.elements.values())
         yield _row(f"native loop : {label}", [f"{native / floor:.2f}"])
+        yield _row(f"    recorded every {EVERY} steps", [f"{loops[SPARSE] / floor:.2f}"])
     for name in own:
         bare, _, fmi = best[name]
         yield _row(f"fmi2DoStep of {name} : traced functions", [f"{fmi / bare:.2f}", f"+ {1e9 * (fmi - bare):.0f} ns"])
@@ -93,6 +97,7 @@ def _own_loops(wiring: Wiring) -> Iterator[dict[str, costs.Cost]]:
     with unpacked(wiring) as folders, costs.idle(wiring) as idle:
         yield {
             _of("native"): costs.in_loop(wiring, folders, STEPS["native"]),
+            SPARSE: costs.in_loop(wiring, folders, STEPS["native"], every=EVERY),
             DO_NOTHING: costs.in_loop(wiring, idle, STEPS["native"]),
             IN_NUMPY: costs.in_loop(wiring, folders, STEPS["native"], in_numpy=True),
         }
