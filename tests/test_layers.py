@@ -8,8 +8,8 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 LAYERS = [
     "cli",
-    "importers",
     "benchmark",
+    "importers",
     "handover",
     "study",
     "systems",

@@ -23,17 +23,17 @@ NAMES = list(COMPONENTS)
 SHELL = files("rov_cosim.exporters") / "c"
 
 
-def compiled(source, folder):
+def compiled(source, folder, *options):
     """Return a file of the shell as a library of its own."""
     library = folder / "library.so"
     flags = ["-std=c99", "-O2", "-shared", "-fPIC", "-I", SHELL, "-DHIDDEN_H"]  # as if hidden.h were in: all is visible
-    subprocess.run([sys.executable, "-m", "ziglang", "cc", *flags, "-o", library, source, "-lm"], check=True)
+    subprocess.run([sys.executable, "-m", "ziglang", "cc", *flags, *options, "-o", library, source, "-lm"], check=True)
     return ctypes.CDLL(str(library))
 
 
-@pytest.fixture(scope="module")
-def noise_library(tmp_path_factory):
-    return compiled(SHELL / "noise.c", tmp_path_factory.mktemp("noise"))
+@pytest.fixture(scope="module", params=[(), ("-U__SIZEOF_INT128__",)], ids=["128 bits", "64 bits"])
+def noise_library(tmp_path_factory, request):
+    return compiled(SHELL / "noise.c", tmp_path_factory.mktemp("noise"), *request.param)
 
 
 PLACES = [(0, 0), (1, 0), (7, 123), (2**31 - 1, 5), (12, 2**40 + 3)]

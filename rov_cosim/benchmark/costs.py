@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager
 from importlib.resources import files
 from itertools import count, islice
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 from ..components.interface import SAMPLE_TIME, Component, Continuous
 from ..exporters import native_export, zig
@@ -34,21 +34,67 @@ subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)
 print(time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 """
 
+Cost = Callable[[], tuple[float, ...]]
+"""Measures once what a communication step costs in s; several costs where one program tells them all."""
 
-def in_c(component: Component) -> tuple[float, float]:
-    """Return what a communication step costs in s: the traced function called bare, and fmi2DoStep."""
-    function, calls = "model_sample", 1
+
+def in_turns(ways: Mapping[str, Cost], rounds: int = ROUNDS) -> dict[str, tuple[float, ...]]:
+    """Return the least costs by way, the ways measured in turns, so that a busy moment falls on all of them."""
+    best: dict[str, tuple[float, ...]] = {}
+    for _ in range(rounds):
+        for name, measured in ways.items():
+            costs = measured()
+            best[name] = tuple(map(min, costs, best.get(name, costs)))
+    return best
+
+
+@contextmanager
+def in_c(component: Component) -> Iterator[Cost]:
+    """Yield what measures a component in C: the traced functions bare, the same and their noise, and fmi2DoStep."""
+    sources = {**native_export.sources(component), "benchmark.c": (_C / "benchmark.c").read_bytes()}
+    definitions = []
     if isinstance(component, Continuous):
         internal = component.p.start[component.p.names.index(component.max_step)]
-        function, calls = "model_advance", round(SAMPLE_TIME / internal)
-    definitions = [f"-DTRACED={function}", f"-DTRACED_CALLS={calls}"]
-    sources = {**native_export.sources(component), "benchmark.c": (_C / "benchmark.c").read_bytes()}
+        definitions.append(f"-DINTERNAL_STEPS={round(SAMPLE_TIME / internal)}")
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / "benchmark.exe"
         program.write_bytes(zig.compiled(sources, zig.host_target(), program.name, definitions))
         program.chmod(0o755)
-        bare, fmi = subprocess.run([program], capture_output=True, encoding="utf-8", check=True).stdout.split()
-    return 1e-9 * float(bare), 1e-9 * float(fmi)
+
+        def measured() -> tuple[float, ...]:
+            printed = subprocess.run([program], capture_output=True, encoding="utf-8", check=True).stdout
+            return tuple(1e-9 * float(number) for number in printed.split())
+
+        yield measured
+
+
+def in_loop(wiring: Wiring, folders: Folders, steps: int, every: int = 1, in_numpy: bool = False) -> Cost:
+    """Return what measures the Jacobi master, its steps in C or in NumPy, with FMUs from some folders.
+
+    It records all outputs after every so many steps.
+    """
+
+    def measured() -> tuple[float, ...]:
+        taken = []
+
+        def stopwatch(numbers: Iterable[int]) -> Iterator[int]:
+            begin = process_time()
+            yield from numbers
+            taken.append(process_time() - begin)
+
+        stop_time = wiring.start_time + steps * wiring.step_size
+        with Instances(folders=folders) as instances:
+            simulate(
+                wiring,
+                stop_time=stop_time,
+                progress=stopwatch,
+                instances=instances,
+                output_interval=every * wiring.step_size,
+                in_numpy=in_numpy,
+            )
+        return (taken[0] / steps,)
+
+    return measured
 
 
 def from_python(wiring: Wiring, steps: int) -> dict[str, list[float]]:
@@ -65,26 +111,6 @@ def from_python(wiring: Wiring, steps: int) -> dict[str, list[float]]:
                     min(_seconds(step, wiring, time, steps) for _ in range(ROUNDS)) / steps
                 )
     return costs
-
-
-def loops(wiring: Wiring, ways: Mapping[str, tuple[Folders, bool]], steps: int) -> dict[str, float]:
-    """Return what a step of the Jacobi master costs in s, by way, measured in turns.
-
-    A way is the folders from which the FMUs come, and whether the master steps in NumPy.
-    """
-    taken: dict[str, list[float]] = {name: [] for name in ways}
-    for _ in range(ROUNDS):
-        for name, (folders, in_numpy) in ways.items():
-
-            def stopwatch(numbers: Iterable[int], taken: list[float] = taken[name]) -> Iterator[int]:
-                begin = perf_counter()
-                yield from numbers
-                taken.append(perf_counter() - begin)
-
-            stop_time = wiring.start_time + steps * wiring.step_size
-            with Instances(folders=folders) as instances:
-                simulate(wiring, stop_time=stop_time, progress=stopwatch, instances=instances, in_numpy=in_numpy)
-    return {name: min(seconds) / steps for name, seconds in taken.items()}
 
 
 @contextmanager
@@ -153,7 +179,7 @@ def _ways(slave: Slave) -> dict[str, Callable[[float, float], None]]:
 
 
 def _seconds(step: Callable[[float, float], None], wiring: Wiring, numbers: Iterator[int], steps: int) -> float:
-    begin = perf_counter()
+    begin = process_time()
     for n in islice(numbers, steps):
         step(wiring.start_time + n * wiring.step_size, wiring.step_size)
-    return perf_counter() - begin
+    return process_time() - begin

@@ -1,48 +1,58 @@
-"""The benchmark's tables: what FMUs cost in both exports, the floor under each, and their ratios."""
+"""The benchmark's tables: what FMUs cost in both exports, the floor under each, other tools beside them, and ratios."""
 
 import os
 from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from math import isnan
+from pathlib import Path
 
 from ..components.interface import SAMPLE_TIME
 from ..exporters.build import components
 from ..master.unpacked import unpacked
 from ..ssp.declaration import System
+from ..ssp.wiring import Wiring
 from ..study.archives import ssp_path
 from ..study.runs import opened
-from . import costs
+from . import costs, tools
 
-STEPS = {"native": 10_000, "pythonfmu": 100}
-"""Steps over which each export is measured: some hundredths of a second at least."""
+STEPS = {"native": 3_000, "pythonfmu": 100}
+"""Steps over which each export is measured: some hundredths of a second."""
 
+TURNS = 20
+"""Times that the native loop and what is under it are measured."""
+
+Ways = dict[str, costs.Cost | None]
+
+TRACED, DRAWN, DO_STEP = "C: traced functions, bare", "C: the same, and the noise drawn", "C: native fmi2DoStep"
 IN_NUMPY = "native FMUs, steps in NumPy"
 DO_NOTHING = "FMUs that do nothing"
+
+EVERY = 100
+SPARSE = f"the same, recorded every {EVERY} steps"
 
 
 def report(system: System, folder: str) -> Iterator[str]:
     """Yield the lines of the tables, each as soon as it is measured; runs leave their results in the folder."""
-    own = system.elements.values()
-    yield _row(f"a communication step of {1e3 * SAMPLE_TIME:g} ms, in us", own)
-    in_c = {name: costs.in_c(components()[name]) for name in own}
-    yield _row("C: traced function, bare", (f"{1e6 * bare:.2f}" for bare, _ in in_c.values()))
-    yield _row("C: native fmi2DoStep", (f"{1e6 * fmi:.2f}" for _, fmi in in_c.values()))
-    loops: dict[str, float] = {}
-    for export, steps in STEPS.items():
-        with opened(system, export=export) as wiring:
-            for way, seconds in costs.from_python(wiring, steps).items():
+    own = list(dict.fromkeys(system.elements.values()))
+    with ExitStack() as stack:
+        wirings = {export: stack.enter_context(opened(system, export=export)) for export in STEPS}
+        in_c = {name: stack.enter_context(costs.in_c(components()[name])) for name in own}
+        ours = stack.enter_context(_own_loops(wirings["native"]))
+        theirs = stack.enter_context(_other_loops(wirings["native"], wirings["pythonfmu"], ssp_path(system.name)))
+        best = costs.in_turns({**in_c, **ours}, TURNS) | costs.in_turns({n: way for n, way in theirs.items() if way})
+
+        yield _row(f"a communication step of {1e3 * SAMPLE_TIME:g} ms, in us", own)
+        for place, label in enumerate((TRACED, DRAWN, DO_STEP)):
+            yield _row(label, (f"{1e6 * best[name][place]:.2f}" for name in own))
+        for export, steps in STEPS.items():
+            for way, seconds in costs.from_python(wirings[export], steps).items():
                 yield _row(f"{export}: {way}", (f"{1e6 * one:.1f}" for one in seconds))
-            with costs.idle(wiring) as idle, unpacked(wiring) as folders:
-                compared = {export: (folders, False)}
-                if export == "native":
-                    compared |= {DO_NOTHING: (idle, False), IN_NUMPY: (folders, True)}
-                loops |= costs.loops(wiring, compared, steps)
 
     yield ""
-    yield _row(f"{system.name} in the Jacobi master", ["us a step", "x real time"])
-    for label, seconds_a_step in loops.items():
-        yield _row(
-            f"{label} FMUs" if label in STEPS else label,
-            [f"{1e6 * seconds_a_step:.1f}", f"{system.step_size / seconds_a_step:.0f}"],
-        )
+    yield _row(f"{system.name}, Jacobi", ["us a step", "x real time"])
+    loops = {name: cost for name, (cost, *_) in best.items()}
+    for name in (*ours, *theirs):
+        yield _row(name, _speed(loops.get(name), system.step_size))
 
     yield ""
     yield _row("command", ["wall time, s", "peak, MB"])
@@ -67,15 +77,55 @@ def report(system: System, folder: str) -> Iterator[str]:
 
     yield ""
     yield _row("ratio", [])
-    yield _row("pythonfmu loop : native loop", [f"{loops['pythonfmu'] / loops['native']:.1f}"])
-    yield _row("native loop : do-nothing loop", [f"{loops['native'] / loops[DO_NOTHING]:.2f}"])
-    yield _row("native loop in NumPy : in C", [f"{loops[IN_NUMPY] / loops['native']:.2f}"])
-    bare_loop = sum(bare for bare, _ in in_c.values())
-    yield _row("native loop : bare functions", [f"{loops['native'] / bare_loop:.2f}"])
-    for name, (bare, fmi) in in_c.items():
-        yield _row(f"fmi2DoStep of {name} : bare function", [f"{fmi / bare:.2f}", f"+ {1e9 * (fmi - bare):.0f} ns"])
+    native = loops[_of("native")]
+    yield _row("pythonfmu loop : native loop", [f"{loops[_of('pythonfmu')] / native:.1f}"])
+    yield _row("native loop : do-nothing loop", [f"{native / loops[DO_NOTHING]:.2f}"])
+    yield _row("native loop in NumPy : in C", [f"{loops[IN_NUMPY] / native:.2f}"])
+    for place, label in enumerate(("traced functions", "traced functions and noise")):
+        floor = sum(best[name][place] for name in system.elements.values())
+        yield _row(f"native loop : {label}", [f"{native / floor:.2f}"])
+        yield _row(f"    recorded every {EVERY} steps", [f"{loops[SPARSE] / floor:.2f}"])
+    for name in own:
+        bare, _, fmi = best[name]
+        yield _row(f"fmi2DoStep of {name} : traced functions", [f"{fmi / bare:.2f}", f"+ {1e9 * (fmi - bare):.0f} ns"])
     yield _row("start-up : fmpy simulate", [f"{walls[1] / walls[0]:.2f}"])
 
 
+@contextmanager
+def _own_loops(wiring: Wiring) -> Iterator[dict[str, costs.Cost]]:
+    """Yield what measures the native loop and its floor in this master, by the label of its row."""
+    with unpacked(wiring) as folders, costs.idle(wiring) as idle:
+        yield {
+            _of("native"): costs.in_loop(wiring, folders, STEPS["native"]),
+            SPARSE: costs.in_loop(wiring, folders, STEPS["native"], every=EVERY),
+            DO_NOTHING: costs.in_loop(wiring, idle, STEPS["native"]),
+            IN_NUMPY: costs.in_loop(wiring, folders, STEPS["native"], in_numpy=True),
+        }
+
+
+@contextmanager
+def _other_loops(wiring: Wiring, python: Wiring, archive: Path) -> Iterator[Ways]:
+    """Yield the same for the loop in other exports, as one FMU, and in other tools; None where one is not installed."""
+    with ExitStack() as stack:
+
+        def in_this(one: Wiring, steps: int) -> costs.Cost:
+            return costs.in_loop(one, stack.enter_context(unpacked(one)), steps)
+
+        ways: Ways = {_of("pythonfmu"): in_this(python, STEPS["pythonfmu"])}
+        for name, one in stack.enter_context(tools.containers(wiring, archive)).items():
+            ways[f"{name} in this master"] = in_this(one, STEPS["native"]) if one else None
+        yield ways | tools.costs_of(archive, STEPS["native"])
+
+
+def _of(export: str) -> str:
+    return f"{export} FMUs in this master"
+
+
+def _speed(seconds: float | None, step_size: float) -> list[str]:
+    if seconds is None:
+        return ["not installed"]
+    return ["failed"] if isnan(seconds) else [f"{1e6 * seconds:.1f}", f"{step_size / seconds:.0f}"]
+
+
 def _row(label: str, cells: Iterable[str]) -> str:
-    return f"{label:44}" + "".join(f"{cell:>13}" for cell in cells)
+    return f"{label:46}" + "".join(f"{cell:>13}" for cell in cells)

@@ -56,7 +56,7 @@ def source(component: Component, guid: str) -> str:
     """Return component.c: variables, messages, and what identifies the component."""
     return f"""\
 /* The declared interface of {component.name}. */
-#include <math.h>
+#include <float.h>
 
 #include "interface.h"
 
@@ -115,7 +115,7 @@ def _fingerprint(component: Component) -> bytes:
 def number(value: float) -> str:
     """Return a number as C reads it, to the last bit."""
     if np.isinf(value):
-        return "INFINITY" if value > 0 else "-INFINITY"
+        return "DBL_MAX" if value > 0 else "-DBL_MAX"
     return repr(float(value))
 
 

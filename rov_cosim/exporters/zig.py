@@ -172,7 +172,8 @@ def _temporary_cache() -> Path:
 
 def _command(target: str, output: str, options: Iterable[str], code: Iterable[str]) -> list[str]:
     libraries = [] if "windows" in target or "-c" in options else ["-lm"]
-    return ["cc", "-target", target, *FLAGS, *options, "-o", output, *code, *libraries]
+    whole = ["-flto"] if "linux" in target else []  # zig has no linker that can for macOS, nor libraries for Windows
+    return ["cc", "-target", target, *FLAGS, *whole, *options, "-o", output, *code, *libraries]
 
 
 def _universal(slices: Mapping[str, bytes]) -> bytes:

@@ -19,7 +19,7 @@ from .driving import Loop, by_name, deviation, parameters, signals, typed, types
 Pairs = Sequence[tuple[tuple[str, str], tuple[str, str]]]
 
 
-def _ecos() -> Any:
+def ecos() -> Any:
     """Return ecospy; its wheel leaves libtbb to the system, and PyPI has it."""
     import ctypes
 
@@ -33,7 +33,7 @@ def _ecos() -> Any:
 
 def ecos_controller(fmu: Path, reference: Reference, folder: Path) -> float:
     """`EcosSimulationStructure` with a parameter set; inputs by `set_real` and `set_bool`."""
-    ecospy, component = _ecos(), reference.component
+    ecospy, component = ecos(), reference.component
     structure = ecospy.EcosSimulationStructure()
     structure.add_model("it", str(fmu))
     structure.add_parameter_set("case", {f"it::{name}": value for name, value in parameters(reference).items()})
@@ -54,7 +54,7 @@ def ecos_loop(loop: Loop, folder: Path) -> float:
     """`EcosSimulation` of the archive with its parameter set."""
     names = signals(loop.results)
     kinds = ["bool" if loop.results.dtype[name] == np.bool_ else "real" for name in names]
-    with _ecos().EcosSimulation(step_size=SAMPLE_TIME, ssp_path=str(loop.archive)) as simulation:
+    with ecos().EcosSimulation(step_size=SAMPLE_TIME, ssp_path=str(loop.archive)) as simulation:
         places = [
             (getattr(simulation, f"get_{kind}"), name.replace(".", "::", 1))
             for kind, name in zip(kinds, names, strict=True)
@@ -68,7 +68,7 @@ def ecos_loop(loop: Loop, folder: Path) -> float:
     return deviation(by_name(names, rows), loop.results)
 
 
-class _Cosim:
+class Cosim:
     """An execution of libcosim, and its variables by name."""
 
     def __init__(self, execution: Any) -> None:
@@ -101,7 +101,7 @@ def libcosim_controller(fmu: Path, reference: Reference, folder: Path) -> float:
 
     execution = CosimExecution.from_step_size(round(SAMPLE_TIME * 1e9))
     execution.add_local_slave(CosimLocalSlave(str(fmu), "it"))
-    cosim = _Cosim(execution)
+    cosim = Cosim(execution)
     kinds = {name: type_.lower() for name, type_ in types(reference.component).items()}
     for name, value in parameters(reference).items():
         getattr(execution, f"{kinds[name]}_initial_value")(*cosim.place("it", name), value)
@@ -119,7 +119,7 @@ def libcosim_loop(loop: Loop, folder: Path) -> float:
     """`CosimExecution` of the archive; the step size is that of its annotation."""
     from libcosimpy.CosimExecution import CosimExecution
 
-    cosim = _Cosim(CosimExecution.from_ssp_file(ssp_path=str(loop.archive)))
+    cosim = Cosim(CosimExecution.from_ssp_file(ssp_path=str(loop.archive)))
     names = signals(loop.results)
     kinds = ["boolean" if loop.results.dtype[name] == np.bool_ else "real" for name in names]
     outputs = [(kind, *cosim.place(*end)) for kind, end in zip(kinds, loop.outputs(), strict=True)]

@@ -49,9 +49,24 @@ def measure(name: str, part: Part, path: Path, stop_time: float | None = None) -
     ------
     ImporterError : the tool fails.
     """
+    return apart(__spec__.name, name, part, str(path.resolve()), str(stop_time or ""))
+
+
+def apart(module: str, name: str, part: str, *words: str) -> float:
+    """Return the number that a module writes into the file of its last argument, run in a process of its own.
+
+    Parameters
+    ----------
+    module : is run with all the other arguments, and the path of that file.
+    name, part : the tool, and what it does.
+
+    Raises
+    ------
+    ImporterError : the tool fails.
+    """
     with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
-        out = Path(folder) / "deviation.txt"
-        command = [sys.executable, "-m", __spec__.name, name, part, str(path.resolve()), str(stop_time or ""), str(out)]
+        out = Path(folder) / "number.txt"
+        command = [sys.executable, "-m", module, name, part, *words, str(out)]
         temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder)  # not all tools clean up after themselves
         environment = {**os.environ, **temporary}
         done = _run(command, environment) or _run(command, environment)

@@ -89,8 +89,8 @@ def toolbox_controller(fmu: Path, reference: Reference, folder: Path) -> float:
     return deviation(found, reference.outputs)
 
 
-def toolbox_loop(loop: Loop, folder: Path) -> float:
-    """`fmutool -check`, and a container of all FMUs, run by FMPy."""
+def container(loop: Loop, folder: Path) -> Path:
+    """Return the FMU that `fmucontainer` makes in a folder of all FMUs of a loop; `fmutool` has checked each."""
     fmus, elements = loop.fmus(), [element.name for element in loop.wiring.elements]
     order = [elements[-1], *elements[:-1]]  # it cuts the loop before its first FMU: the vehicle knows its pose alone
     name, values = {element: fmu.name for element, fmu in fmus.items()}, loop.start_values()
@@ -102,7 +102,12 @@ def toolbox_loop(loop: Loop, folder: Path) -> float:
         *(("LINK", name[a.element], a.variable, name[b.element], b.variable) for a, b, _ in links),
         *(("START", name[element], end, f"{v:.17g}", "") for element, vs in values.items() for end, v in vs.items()),
     ]
-    found = _simulated(_container(folder, [fmus[element] for element in order], rules), loop.results)
+    return _container(folder, [fmus[element] for element in order], rules)
+
+
+def toolbox_loop(loop: Loop, folder: Path) -> float:
+    """`fmutool -check`, and a container of all FMUs, run by FMPy."""
+    found = _simulated(container(loop, folder), loop.results)
     return deviation(found[1:], loop.results)  # what it cut shows at the start, in the feed-through to tau
 
 

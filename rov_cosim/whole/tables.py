@@ -41,7 +41,7 @@ enum {{
 def _variables(layout: Layout, guid: str) -> str:
     return f"""\
 /* The variables of {layout.wiring.name}. */
-#include <math.h>
+#include <float.h>
 
 #include "interface.h"
 

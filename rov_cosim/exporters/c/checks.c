@@ -1,3 +1,4 @@
+#include <float.h>
 #include <math.h>
 
 #include "instance.h"
@@ -5,7 +6,7 @@
 void say_range(Instance *instance, const char *before, int reference, double value) {
     const Variable *v = &variables[reference];
     char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
-    int below = v->minimum != -INFINITY, above = v->maximum != INFINITY;
+    int below = v->minimum != -DBL_MAX, above = v->maximum != DBL_MAX;
     say(instance->message, "%s%s is %s; expected a finite number", before, v->name, number(value, 6, a));
     if (below)
         append(instance->message, " of at least %s", number(v->minimum, 6, b));
@@ -19,38 +20,24 @@ const char *phase_name(int64_t phase) {
          : phase == RUNNING      ? "running"      : phase == TERMINATED   ? "terminated"   : "stopped by a failure";
 }
 
-int is_output(uint32_t reference) {
-    return reference >= FIRST_OUTPUT && reference < FIRST_PARAMETER;
-}
-
-int legal(int reference, double value) {
-    return isfinite(value) && value >= variables[reference].minimum && value <= variables[reference].maximum;
-}
-
-int is_variable(Instance *instance, uint32_t reference, Type type) {
+void why_not_variable(Instance *instance, uint32_t reference, Type type) {
     static const char *const names[] = {"Real", "Integer", "Boolean", "String"};
     if (reference >= N_VARIABLES)
         say(instance->message, "There is no variable with value reference %lu; expected 0 to %d.", (unsigned long)reference,
             N_VARIABLES - 1);
-    else if (variables[reference].type != type)
+    else
         say(instance->message, "%s (value reference %lu) is of type %s, not %s.", variables[reference].name,
             (unsigned long)reference, names[variables[reference].type], names[type]);
-    else
-        return 1;
-    return 0;
 }
 
-int is_settable(Instance *instance, uint32_t reference, double value) {
-    const Variable *v = &variables[reference];
+void why_not_settable(Instance *instance, uint32_t reference, double value) {
     if (!legal((int)reference, value))
         say_range(instance, "", (int)reference, value);
     else if (is_output(reference))
-        say(instance->message, "%s is an output: only inputs and parameters can be set.", v->name);
-    else if (v->fixed && instance->now.phase >= RUNNING)
-        say(instance->message, "%s is a fixed parameter: set it before the initialization ends.", v->name);
+        say(instance->message, "%s is an output: only inputs and parameters can be set.", variables[reference].name);
     else
-        return 1;
-    return 0;
+        say(instance->message, "%s is a fixed parameter: set it before the initialization ends.",
+            variables[reference].name);
 }
 
 int set_times(Instance *instance, double start_time, double stop_time) {
@@ -65,10 +52,13 @@ int set_times(Instance *instance, double start_time, double stop_time) {
     return 1;
 }
 
+double spacing(double time) {
+    return nextafter(fabs(time), INFINITY) - fabs(time);
+}
+
 int is_step(Instance *instance, double time, double step) {
     const State *now = &instance->now;
-    double spacing = nextafter(fabs(now->time), INFINITY) - fabs(now->time);
-    double tolerance = TIME_TOLERANCE * fmax(1.0, now->time - now->start_time) + 4 * spacing;
+    double tolerance = TIME_TOLERANCE * fmax(1.0, now->time - now->start_time) + 4 * spacing(now->time);
     char a[NUMBER_SIZE], b[NUMBER_SIZE];
     if (!(fabs(time - now->time) <= tolerance && isfinite(tolerance))) {
         say(instance->message, "Expected the communication point %s s but was %s s.", number(now->time, 9, a), number(time, 9, b));

@@ -21,20 +21,19 @@ double internal_steps(const Result *before, const Conditions *at, double step) {
     return step / at->p[INTERNAL_STEP];
 }
 
-void take_step(const Result *before, const Conditions *at, double step, Result *after) {
+void take_step(Result *result, const Conditions *at, double step) {
     double longest = at->p[INTERNAL_STEP], u[N_U], x[N_X];
     int whole = (int)ceil(step / longest * (1 - STEP_TOLERANCE)) - 1;
-    *after = *before;
     for (int i = 0; i <= whole; i++) {
         double h = i < whole ? longest : step - whole * longest;
         const double *arguments[] = {x, u, at->p, &h};
-        double *results[] = {after->x};
-        memcpy(x, after->x, sizeof x);
+        double *results[] = {result->x};
+        memcpy(x, result->x, sizeof x);
         inputs_after(i * longest + h / 2, at, u); /* the midpoint rule: second order for inputs that change */
         model_advance(arguments, results, 0, 0, 0);
     }
     inputs_after(step, at, u);
-    outputs(after->x, u, at->p, after->y);
+    outputs(result->x, u, at->p, result->y);
 }
 
 void present_outputs(const Result *state, const Conditions *at, double *y) {

@@ -16,9 +16,13 @@ static int are_variables(Slave *slave, Call call, Type type, const fmi2ValueRefe
                          const void *values) {
     if (n && !(given(slave, call, vr, "vr") && given(slave, call, values, "value")))
         return 0;
-    for (size_t i = 0; i < n; i++)
-        if (checked(slave, is_variable(&slave->instance, vr[i], type)) != fmi2OK)
+    for (size_t i = 0; i < n; i++) {
+        if (!is_variable(vr[i], type)) {
+            why_not_variable(&slave->instance, vr[i], type);
+            report(slave, fmi2Error);
             return 0;
+        }
+    }
     return 1;
 }
 
@@ -27,16 +31,16 @@ static fmi2Status get(fmi2Component c, Call call, Type type, const fmi2ValueRefe
     Slave *slave = called(c, call);
     if (!slave || !are_variables(slave, call, type, vr, n, values))
         return fmi2Error;
-    for (size_t i = 0; i < n; i++)
-        if (is_output(vr[i]) && !prepare_outputs(&slave->instance))
+    for (size_t i = 0; i < n && awaits_preview(&slave->instance); i++)
+        if (is_output(vr[i]) && !preview(&slave->instance))
             return report(slave, fmi2Error);
-    for (size_t i = 0; i < n; i++) {
-        double value = slave->instance.now.values[vr[i]];
-        if (type == REAL)
-            ((fmi2Real *)values)[i] = value;
-        else
-            ((fmi2Integer *)values)[i] = (fmi2Integer)value; /* a Boolean is an int too */
-    }
+    const double *from = slave->instance.now.values;
+    if (type == REAL)
+        for (size_t i = 0; i < n; i++)
+            ((fmi2Real *)values)[i] = from[vr[i]];
+    else
+        for (size_t i = 0; i < n; i++)
+            ((fmi2Integer *)values)[i] = (fmi2Integer)from[vr[i]]; /* a Boolean is an int too */
     return fmi2OK;
 }
 
@@ -46,9 +50,12 @@ static fmi2Status set(fmi2Component c, Call call, Type type, const fmi2ValueRefe
     Slave *slave = called(c, call);
     if (!slave || !are_variables(slave, call, type, vr, n, values))
         return fmi2Error;
-    for (size_t i = 0; i < n; i++)
-        if (!is_settable(&slave->instance, vr[i], element(type, values, i)))
+    for (size_t i = 0; i < n; i++) {
+        if (!is_settable(&slave->instance, vr[i], element(type, values, i))) {
+            why_not_settable(&slave->instance, vr[i], element(type, values, i));
             return report(slave, fmi2Error);
+        }
+    }
     for (size_t i = 0; i < n; i++)
         if (!assign(&slave->instance, vr[i], element(type, values, i)))
             return report(slave, fmi2Error);

@@ -45,11 +45,11 @@ static int check_result(Instance *instance, const Result *result, const char *wh
     return 0;
 }
 
-static void notify(Instance *instance, const double *previous) {
+/* Tell the warnings of outputs `y` that the previous ones, if any, did not ask for. */
+static void notify(Instance *instance, const double *y, const double *previous) {
     char time[NUMBER_SIZE];
     for (const Notice *notice = notices; notice->message; notice++) {
-        double value = instance->now.values[FIRST_OUTPUT + notice->output];
-        if (value != notice->value || (previous && previous[notice->output] == notice->value))
+        if (y[notice->output] != notice->value || (previous && previous[notice->output] == notice->value))
             continue;
         say(instance->message, "At %s s: %s", number(instance->now.time, 9, time), notice->message);
         instance->warn(instance->receiver, instance->message);
@@ -65,14 +65,6 @@ void reset(Instance *instance) {
     instance->now.phase = INSTANTIATED;
     instance->now.stop_time = INFINITY;
     instance->now.stale = instance->now.unchecked = 1;
-}
-
-int assign(Instance *instance, uint32_t reference, double value) {
-    instance->now.values[reference] = value;
-    instance->now.stale = 1;
-    if (reference >= FIRST_PARAMETER)
-        instance->now.unchecked = 1;
-    return 1;
 }
 
 int is_rate_settable(Instance *instance, uint32_t reference, double rate) {
@@ -118,7 +110,7 @@ static void initial_state(Instance *instance, double *x) {
     model_initial_state(arguments, results, 0, 0, 0);
 }
 
-static int preview(Instance *instance) {
+int preview(Instance *instance) {
     Conditions at = conditions(&instance->now);
     Result first = {.samples = 0};
     if (!check_parameters(instance))
@@ -132,15 +124,11 @@ static int preview(Instance *instance) {
     return 1;
 }
 
-int prepare_outputs(Instance *instance) {
-    return instance->now.phase >= RUNNING || !instance->now.stale || preview(instance);
-}
-
 int exit_initialization(Instance *instance) {
     if (!preview(instance))
         return 0;
     instance->now.phase = RUNNING;
-    notify(instance, 0);
+    notify(instance, &instance->now.values[FIRST_OUTPUT], 0);
     return 1;
 }
 
@@ -152,21 +140,21 @@ int do_step(Instance *instance, double time, double step) {
     if (!check_parameters(instance))
         return 0;
     if (step >= TIME_TOLERANCE) {
-        Result before, after;
+        Result result;
         Conditions at = conditions(now);
         at.time = time;
-        present(instance, &before);
-        double n = internal_steps(&before, &at, step);
+        present(instance, &result);
+        double n = internal_steps(&result, &at, step);
         if (!(n <= MOST_INTERNAL_STEPS)) {
             say(instance->message, "The step of %s s takes %s internal steps; expected at most %s: take a shorter one.",
                 number(step, 6, a), number(n, 3, b), number(MOST_INTERNAL_STEPS, 7, c));
             return 0;
         }
-        take_step(&before, &at, step, &after);
-        if (!check_result(instance, &after, "step from", time))
+        take_step(&result, &at, step);
+        if (!check_result(instance, &result, "step from", time))
             return 0;
-        accept(instance, &after);
-        notify(instance, before.y);
+        notify(instance, result.y, &now->values[FIRST_OUTPUT]);
+        accept(instance, &result);
         memset(now->u_rate, 0, sizeof now->u_rate); /* they are given from the beginning of a step */
     }
     now->time = time + step;

@@ -9,6 +9,7 @@
 
 #include "interface.h"
 #include "message.h"
+#include "spacing.h"
 #include "state.h"
 
 enum { FIRST_OUTPUT = N_U, FIRST_PARAMETER = N_U + N_Y }; /* in the order of `variables` */
@@ -25,18 +26,37 @@ typedef struct {
     void *parts;    /* of a system: see below */
 } Instance;
 
+/* Asked of each value that comes or goes in a step, hence inline. Each `why_not` says why it is not so. */
+
+static inline int legal(int reference, double value) {
+    return value >= variables[reference].minimum && value <= variables[reference].maximum; /* thus finite */
+}
+
+static inline int is_output(uint32_t reference) {
+    return reference >= FIRST_OUTPUT && reference < FIRST_PARAMETER;
+}
+
+static inline int is_variable(uint32_t reference, Type type) {
+    return reference < N_VARIABLES && variables[reference].type == type;
+}
+
+static inline int is_settable(const Instance *instance, uint32_t reference, double value) {
+    return legal((int)reference, value) && !is_output(reference)
+        && !(variables[reference].fixed && instance->now.phase >= RUNNING);
+}
+
+#include "own.h" /* `assign`, and `awaits_preview`: before the first step the outputs follow from inputs and parameters */
+
+void why_not_variable(Instance *instance, uint32_t reference, Type type);
+void why_not_settable(Instance *instance, uint32_t reference, double value);
+void say_range(Instance *instance, const char *before, int reference, double value); /* what it is and what it should be */
+
 /* Those that return int return whether it went well. */
 
-int legal(int reference, double value); /* finite and in range */
-void say_range(Instance *instance, const char *before, int reference, double value); /* what it is and what it should be */
-int is_output(uint32_t reference);
 void reset(Instance *instance);
-int is_variable(Instance *instance, uint32_t reference, Type type);
-int is_settable(Instance *instance, uint32_t reference, double value);
-int assign(Instance *instance, uint32_t reference, double value);
 int is_rate_settable(Instance *instance, uint32_t reference, double rate);
 void assign_rate(Instance *instance, uint32_t reference, double rate);
-int prepare_outputs(Instance *instance); /* before the first step they follow from inputs and parameters */
+int preview(Instance *instance); /* the outputs of the beginning */
 int set_times(Instance *instance, double start_time, double stop_time);
 int exit_initialization(Instance *instance);
 int is_step(Instance *instance, double time, double step); /* whether its times fit; the rest unchecked */

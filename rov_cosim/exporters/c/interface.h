@@ -12,7 +12,7 @@ typedef struct {
     const char *name;
     Type type;
     int fixed; /* whether it cannot be set during a run */
-    double start, minimum, maximum;
+    double start, minimum, maximum; /* where there is no limit, -DBL_MAX or DBL_MAX, so that what is in range is finite */
 } Variable;
 
 /* A warning, logged each time the output comes to equal the value. */

@@ -7,14 +7,20 @@ static const double PI = 3.14159265358979323846;
 
 enum { ROUNDS = 10, WORDS = 4 };
 
-/* Both halves of a product of 64 bits each, from products of 32 bits: not every compiler has a type of 128 bits. */
+/* Both halves of a product of 64 bits each. */
 static uint64_t multiply(uint64_t a, uint64_t b, uint64_t *high) {
+#ifdef __SIZEOF_INT128__
+    unsigned __int128 product = (unsigned __int128)a * b;
+    *high = (uint64_t)(product >> 64);
+    return (uint64_t)product;
+#else /* from products of 32 bits: not every compiler has a type of 128 bits */
     const uint64_t mask = 0xffffffffu;
     uint64_t low = (a & mask) * (b & mask);
     uint64_t middle = (a >> 32) * (b & mask) + (low >> 32);
     uint64_t other = (a & mask) * (b >> 32) + (middle & mask);
     *high = (a >> 32) * (b >> 32) + (middle >> 32) + (other >> 32);
     return (other << 32) | (low & mask);
+#endif
 }
 
 void philox(uint64_t seed, uint64_t index, uint64_t block, uint64_t words[4]) {

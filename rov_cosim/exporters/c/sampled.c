@@ -1,5 +1,5 @@
 /* A component that reads its inputs at k * period and holds its outputs until the next sample. */
-#include <math.h>
+#include <string.h>
 
 #include "noise.h"
 #include "stepping.h"
@@ -21,21 +21,21 @@ static void sample(const Result *state, const Conditions *at, double *x, double 
 
 /* Time until which samples are due in a step: one that is due at its end belongs to the next step. */
 static double due_until(const Conditions *at, double step) {
-    double end = at->time + step, spacing = nextafter(fabs(end), INFINITY) - fabs(end);
-    return end - at->start_time - (SAMPLE_TOLERANCE * at->p[INTERNAL_STEP] + 4 * spacing);
+    double end = at->time + step;
+    return end - at->start_time - (SAMPLE_TOLERANCE * at->p[INTERNAL_STEP] + 4 * spacing(end));
 }
 
 double internal_steps(const Result *before, const Conditions *at, double step) {
     return (at->time + step - at->start_time) / at->p[INTERNAL_STEP] - (double)before->samples;
 }
 
-void take_step(const Result *before, const Conditions *at, double step, Result *after) {
+void take_step(Result *result, const Conditions *at, double step) {
     double until = due_until(at, step), period = at->p[INTERNAL_STEP];
-    *after = *before;
-    while ((double)after->samples * period < until) {
-        Result now = *after;
-        sample(&now, at, after->x, after->y);
-        after->samples++;
+    while ((double)result->samples * period < until) {
+        double x[N_X];
+        sample(result, at, x, result->y);
+        memcpy(result->x, x, sizeof x);
+        result->samples++;
     }
 }
 

@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "interface.h"
+#include "spacing.h"
 
 typedef struct {
     double x[N_X], y[N_Y];
@@ -22,7 +23,8 @@ extern const int interpolates_inputs;
 /* About how many internal steps or samples a step of so many seconds takes. */
 double internal_steps(const Result *before, const Conditions *at, double step);
 
-void take_step(const Result *before, const Conditions *at, double step, Result *after);
+/* Take the result of the last step on to that of this one. */
+void take_step(Result *result, const Conditions *at, double step);
 
 /* The outputs that follow from the state and the inputs as they are now. */
 void present_outputs(const Result *state, const Conditions *at, double *y);

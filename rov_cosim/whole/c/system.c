@@ -69,10 +69,12 @@ static int begin_anew(Instance *instance) {
     return enter(instance->parts, instance->now.start_time, coupling(instance));
 }
 
-int prepare_outputs(Instance *instance) {
+int awaits_preview(const Instance *instance) {
+    return instance->now.phase < RUNNING && !are_entered(instance->parts, instance->now.start_time);
+}
+
+int preview(Instance *instance) {
     double before[N_Y + 1], *outputs = &instance->now.values[FIRST_OUTPUT];
-    if (instance->now.phase >= RUNNING || are_entered(instance->parts, instance->now.start_time))
-        return 1;
     memcpy(before, outputs, N_Y * sizeof *outputs);
     if (begin_anew(instance))
         return 1;
@@ -81,7 +83,7 @@ int prepare_outputs(Instance *instance) {
 }
 
 int exit_initialization(Instance *instance) {
-    if (!prepare_outputs(instance))
+    if (awaits_preview(instance) && !preview(instance))
         return 0;
     instance->now.phase = leave(instance->parts) ? RUNNING : FAILED;
     return instance->now.phase == RUNNING;
@@ -90,7 +92,7 @@ int exit_initialization(Instance *instance) {
 int do_step(Instance *instance, double time, double step) {
     State *now = &instance->now;
     char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
-    double end = time + step, spacing = nextafter(fabs(end), INFINITY) - fabs(end);
+    double end = time + step;
     double whole = floor((end - now->start_time) / inner_step + 0.5), n = whole - (double)now->steps;
     double off = fabs(end - now->start_time - whole * inner_step);
     if (!is_step(instance, time, step))
@@ -104,7 +106,7 @@ int do_step(Instance *instance, double time, double step) {
             number(step, 6, a), number(n, 3, b), number(MOST_INTERNAL_STEPS, 7, c));
         return 0;
     }
-    if (!(n >= 1 && off <= SAMPLE_TOLERANCE * inner_step + 4 * spacing)) {
+    if (!(n >= 1 && off <= SAMPLE_TOLERANCE * inner_step + 4 * spacing(end))) {
         say(instance->message, "The step of %s s is no multiple of the inner step of %s s: its end, %s s, is none of its points.",
             number(step, 6, a), number(inner_step, 6, b), number(end, 9, c));
         return 0;
