@@ -56,7 +56,9 @@ def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
     plant = parameters_of(vehicle)
     component = PID if controller == "pid" else ADAPTIVE_PD
     known = {**_shared(component, plant), **gains(component, plant)}
-    attachment = {f"attachment.{axis}": plant[f"r_A.{axis}"] + gap for axis, gap in zip(XYZ, ATTACHMENT, strict=True)}
+    attachment = {
+        f"attachment.{axis}": float(plant[f"r_A.{axis}"]) + gap for axis, gap in zip(XYZ, ATTACHMENT, strict=True)
+    }
     return scenario_loop(
         named(vehicle, controller),
         f"{VEHICLES[vehicle]}, held by {controller}",
@@ -84,7 +86,9 @@ def parameters_of(vehicle: str) -> Mapping[str, Value]:
 def inertia(plant: Mapping[str, Value]) -> NDArray[np.float64]:
     """Return the inertia of each axis, shape (6,), in kg and kg m^2: the diagonal of M."""
     rigid = ["mass", "mass", "mass", "I.xx", "I.yy", "I.zz"]
-    return np.array([plant[name] + plant[f"added_mass.{axis}"] for name, axis in zip(rigid, VELOCITY, strict=True)])
+    return np.array(
+        [float(plant[name]) + float(plant[f"added_mass.{axis}"]) for name, axis in zip(rigid, VELOCITY, strict=True)]
+    )
 
 
 def ratios(plant: Mapping[str, Value]) -> tuple[dict[str, float], dict[str, float]]:
@@ -109,7 +113,9 @@ def loads(plant: Mapping[str, Value]) -> dict[str, Value]:
     """Return the forces of umbilical and arm: those of the paper's experiment, scaled."""
     _, by_force = ratios(plant)
     paper = station_keeping.SYSTEM.parameters["rov_plant"]
-    return {name: float(f"{paper[name] * by_force[name]:.4g}") for name in FORCES if name != "dB" and name in paper}
+    return {
+        name: float(f"{float(paper[name]) * by_force[name]:.4g}") for name in FORCES if name != "dB" and name in paper
+    }
 
 
 def _declared(component: Component) -> dict[str, float]:

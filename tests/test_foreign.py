@@ -7,10 +7,10 @@ import signal
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-import foreign
 import numpy as np
 import pytest
 
+import foreign
 from rov_cosim.master import memory
 from rov_cosim.master.apart import simulate_apart
 from rov_cosim.master.exchange import gauss_seidel, jacobi
@@ -49,14 +49,14 @@ def failure(wiring, run=simulate, **how):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("words_in_step", "At 0.12 s: valve V7 stuck at 3.5 bar (fmi2DoStep: discard)"),
-        ("words_in_set", "At 0.12 s: valve V7 stuck at 3.5 bar (fmi2SetReal: discard)"),
-        ("words_in_get", "At 0.09 s: valve V7 stuck at 3.5 bar (fmi2GetReal: discard)"),
-        ("words_in_enter", "valve V7 stuck at 3.5 bar (fmi2EnterInitializationMode: discard)"),
-        ("words_in_terminate", "valve V7 stuck at 3.5 bar (fmi2Terminate: discard)"),
+        ("words_in_step", "At 0.12 s: valve V7 stuck at 3.5 bar (fmi2DoStep: discard)."),
+        ("words_in_set", "At 0.12 s: valve V7 stuck at 3.5 bar (fmi2SetReal: discard)."),
+        ("words_in_get", "At 0.09 s: valve V7 stuck at 3.5 bar (fmi2GetReal: discard)."),
+        ("words_in_enter", "valve V7 stuck at 3.5 bar (fmi2EnterInitializationMode: discard)."),
+        ("words_in_terminate", "valve V7 stuck at 3.5 bar (fmi2Terminate: discard)."),
         ("quiet_in_step", "At 0.12 s: fmi2DoStep failed with status 2 (discard)."),
         ("nothing_in_step", "At 0.12 s: fmi2DoStep failed with status 2 (discard)."),
-        ("lost_in_step", "At 0.12 s: who am I (fmi2DoStep: discard)"),
+        ("lost_in_step", "At 0.12 s: who am I (fmi2DoStep: discard)."),
     ],
 )
 def test_a_failure_is_told_by_element_words_function_and_time(make, name, message, in_numpy):
@@ -70,7 +70,7 @@ def test_a_failure_is_told_by_element_words_function_and_time(make, name, messag
 
 def test_a_message_is_cut_where_it_floods(make):
     told, _ = failure(foreign.alone(make(), "flood_in_step"))
-    assert re.fullmatch(r"flood_in_step: At 0\.12 s: x{2000,3000} \.\.\. \(fmi2DoStep: discard\)", told)
+    assert re.fullmatch(r"flood_in_step: At 0\.12 s: x{2000,3000} \.\.\. \(fmi2DoStep: discard\)\.", told)
 
 
 def test_an_instance_that_is_not_made_is_told_with_its_words(make):

@@ -9,12 +9,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import foreign
 import typed
+from rov_cosim.components.cases import cases_of
 from rov_cosim.components.interface import POSE, Signal, count
 from rov_cosim.exporters import archive, native_export, zig
 from rov_cosim.exporters.build import components
-from rov_cosim.handover import verdict
-from rov_cosim.handover.check import CheckError
+from rov_cosim.handover import reference, verdict
+from rov_cosim.handover.check import CheckError, RunError, replay
+from rov_cosim.ssp.places import Place
 from rov_cosim.ssp.wiring import WiringError
 
 COMPONENTS = components()
@@ -288,7 +291,7 @@ def test_what_cannot_be_checked_ends_with_a_reason(fmus, plain_gain, tmp_path):
         ([tmp_path / "no.fmu"], "is not a readable FMU"),
         ([without], f"0.fmu has no binary for {zig.host_platform()}, which is this machine: it has none."),
         ([elsewhere], "which is this machine: it has those for c64x."),
-        ([broken], "The FMU cannot be loaded: "),
+        ([broken], "adaptive_pd: the FMU cannot be loaded: "),
         ([named], "is no component of this project"),
         ([plain_gain], "PlainGain is no component of this project"),
         ([ours, "--map", tmp_path], "is a directory"),
@@ -343,3 +346,12 @@ def test_what_is_zero_or_a_switch_gets_no_false_explanation(tmp_path):
     departed = [line for line in lines if "departs" in line]
     assert len(departed) == 7
     assert not [line for line in departed if ";" in line]
+
+
+def test_an_fmu_that_crashes_is_told_and_the_command_lives(tmp_path):
+    fmu = foreign.write(tmp_path / "foreign.fmu", foreign.library())
+    plain = min(cases_of(CONTROLLER), key=lambda case: len(case.parameters))
+    run = reference.run(CONTROLLER, replace(plain, parameters={}))
+    (crashing,) = foreign.alone(fmu, "crash_in_step").elements
+    with pytest.raises(RunError, match=r"crash_in_step: At 0\.12 s: the process died of SIGSEGV in fmi2DoStep"):
+        replay(crashing, run, {CONTROLLER.y.names[0]: Place("y", 1.0)})

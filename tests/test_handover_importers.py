@@ -71,7 +71,7 @@ def test_the_examples_of_a_tool_run(fmus, archives, tmp_path, title):
     assert blocks
     for path in (*fmus.values(), archives[SYSTEM]):
         shutil.copy(path, tmp_path)
-    tbb = "from rov_cosim.importers.masters import _ecos; _ecos()\n" if title == "Ecos" else ""
+    tbb = "from rov_cosim.importers.masters import ecos; ecos()\n" if title == "Ecos" else ""
     environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     for language, text in blocks:
         command = [sys.executable, "-c", tbb + text] if language == "python" else ["sh", "-ec", text]

@@ -51,7 +51,12 @@ def test_a_unit_is_what_its_definition_says(tmp_path):
     content = parameter("r_G.z", 1.5, unit="metre")
     assert read_parameter_set(written(tmp_path, content, base.format("")), DESCRIPTION) == {"r_G.z": 1.5}
     scaled = written(tmp_path, content, base.format(' factor="0.001"'))
-    assert problems(scaled) == ["Parameter rov_plant.r_G.z: unit metre does not match m."]
+    assert read_parameter_set(scaled, DESCRIPTION) == {"r_G.z": 1.5e-3}
+    other = written(tmp_path, content, base.replace('m="1"', 'kg="1"').format(""))
+    assert problems(other) == ["Parameter rov_plant.r_G.z: unit metre does not match m."]
+    assert problems(written(tmp_path, content)) == [
+        "Parameter rov_plant.r_G.z: the unit metre is not defined; 1.5 is taken as it is."
+    ]
 
 
 def test_all_problems_are_told_at_once(tmp_path):
@@ -65,9 +70,9 @@ def test_all_problems_are_told_at_once(tmp_path):
         + parameter("r_B.x", "INF")
     )
     assert problems(written(tmp_path, wrong)) == [
-        "There is no parameter rov_plant.mas. Did you mean rov_plant.mass?",
         "Parameter dB stands twice in one parameter set: remove one.",
-        "rov_plant.eta.x cannot be set: it is neither a parameter nor an input.",
+        "There is no parameter rov_plant.mas. Did you mean rov_plant.mass?",
+        "rov_plant.eta.x cannot be set: it is neither a parameter nor an input, nor exact.",
         "Parameter rov_plant.g: type Boolean does not match Real.",
         "Parameter rov_plant.thrust_max: unit kg does not match N.",
         "Parameter rov_plant.r_B.x: expected a finite number, got 'INF'.",
@@ -80,4 +85,6 @@ def test_what_is_no_parameter_set_is_told(tmp_path):
     assert "not well-formed XML" in problems(tmp_path / "text.ssv")[0]
     assert "Gadget" in problems(written(tmp_path, "<ssv:Gadget/>"))[0]
     enumeration = parameter("mass", "heavy", "Enumeration").replace("/>", ' name="Weights"/>')
-    assert problems(written(tmp_path, enumeration)) == ["Line 1: Enumeration is not supported."]
+    assert problems(written(tmp_path, enumeration)) == [
+        "Parameter rov_plant.mass: type Enumeration does not match Real."
+    ]

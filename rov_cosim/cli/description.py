@@ -8,8 +8,8 @@ from textwrap import wrap
 from fmpy.model_description import ModelVariable
 
 from ..ssp.swap_map import stem
-from ..ssp.values import parse
-from ..ssp.wiring import Element, Link, Wiring
+from ..ssp.values import items_of, parse
+from ..ssp.wiring import Element, End, Link, Wiring
 from . import table
 
 SECTIONS = {"inputs": "input", "outputs": "output", "parameters": "parameter"}
@@ -20,7 +20,8 @@ _WIDEST = (26, 14, 28, 7)
 def system_lines(wiring: Wiring, width: int) -> Iterator[str]:
     """Yield what a system is made of."""
     yield from wrap(f"{wiring.name}: {wiring.description or 'no description'}", width)
-    yield f"{wiring.start_time:g} s to {wiring.stop_time:g} s in steps of {wiring.step_size:g} s"
+    until = f"to {wiring.stop_time:g} s" if wiring.has_stop_time else "on, to a --stop-time"
+    yield f"{wiring.start_time:g} s {until} in steps of {wiring.step_size:g} s"
     yield "\nelements"
     rows = [(e.name, e.description.modelName, e.description.description or "") for e in wiring.elements]
     yield from table.lines(rows, _WIDEST[:2], width)
@@ -98,19 +99,18 @@ def _cells(wiring: Wiring, element: Element, group: Sequence[ModelVariable]) -> 
     ends = {f"{element.name}.{v.name}" for v in group}
     into = [link for link in wiring.links if str(link.target) in ends]
     out = [link for link in wiring.links if str(link.source) in ends]
-    what = [f"<- {source}{_factors(into)}" for source in _folded_by_group([str(link.source) for link in into])]
-    what += [f"-> {target}" for target in _folded_by_group([str(link.target) for link in out])]
+    what = [f"<- {source}{_factors(into)}" for source in _folded_by_group([link.source for link in into])]
+    what += [f"-> {target}" for target in _folded_by_group([link.target for link in out])]
     if first.causality != "output" and len(into) < len(group):
         what.insert(0, _values(element, [v for v in group if not wiring.link_to(f"{element.name}.{v.name}")]))
     tunable = "tunable" if first.causality == "parameter" and first.variability == "tunable" else ""
     return joined([v.name for v in group]), units, ", ".join(what), tunable, _meaning(first)
 
 
-def _folded_by_group(ends: Sequence[str]) -> Iterator[str]:
+def _folded_by_group(ends: Sequence[End]) -> Iterator[str]:
     groups: dict[str, list[str]] = {}
     for end in ends:
-        element, _, variable = end.partition(".")
-        groups.setdefault(f"{element}.{stem(variable)}", []).append(end)
+        groups.setdefault(f"{end.element}.{stem(end.variable)}", []).append(str(end))
     for group, members in groups.items():
         yield members[0] if len(members) == 1 else group
 
@@ -125,11 +125,14 @@ def _values(element: Element, group: Sequence[ModelVariable]) -> str:
 def _value(element: Element, variable: ModelVariable) -> str:
     """Return the start value in the system, marked if it is not that of the FMU."""
     try:
-        own = parse(str(variable.start), variable.type)
-    except ValueError:  # there is none, or it is a text
+        own = None if variable.start is None else parse(str(variable.start), variable.type)
+    except ValueError:
         own = variable.start
     value = element.start_values.get(variable.name, own)
-    text = f"{value:.6g}" if type(value) in (int, float) else str(value).lower()
+    text = str(value) if type(value) is str else str(value).lower()
+    if type(value) in (int, float):
+        names = [name for name, number in items_of(variable).items() if number == value]
+        text = names[0] if names else f"{value:.6g}"
     return text if value == own else f"{text}*"
 
 

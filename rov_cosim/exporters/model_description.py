@@ -144,11 +144,13 @@ def to_xml(description: ModelDescription, source_files: Sequence[str] = ()) -> b
     return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))
 
 
-def literal(value: float, type: str) -> str:
+def literal(value: float | str, type: str) -> str:
     """Return a value in the form that XML wants for the FMI type; Reals keep all their digits."""
+    if type == "String":
+        return str(value)
     if type == "Boolean":
         return "true" if value else "false"
-    return str(int(value)) if type == "Integer" else repr(float(value))
+    return repr(float(value)) if type == "Real" else str(int(value))
 
 
 def _scalars(signal: Signal, causality: str, first: int, sampled: bool) -> list[ModelVariable]:

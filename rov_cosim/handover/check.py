@@ -1,21 +1,20 @@
 """Does an FMU behave as the reference? Replays reference runs and says, signal by signal, where it first departs."""
 
 from collections.abc import Callable, Mapping
-from contextlib import chdir
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 
 from ..components.interface import SAMPLE_TIME
 from ..errors import UserError
 from ..exporters.model_description import literal
-from ..master.slave import Slave
+from ..master.apart import simulate_apart
+from ..master.simulation import SimulationError, simulate
 from ..ssp.places import Place
 from ..ssp.values import parse
-from ..ssp.wiring import Element
+from ..ssp.wiring import Element, End, Wiring, WiringError
+from ..study.settings import Settings
 from .reference import TOLERANCE, Reference
 
 Signals = dict[str, NDArray[np.float64]]
@@ -29,6 +28,10 @@ class CheckError(UserError):
 
 class RunError(CheckError):
     """A reference run cannot be replayed; others may."""
+
+    def __init__(self, case: str, reason: str) -> None:
+        super().__init__(f"{case}: {reason}")
+        self.reason = reason
 
 
 @dataclass(frozen=True)
@@ -46,30 +49,39 @@ class Departure:
         return f"{departure}; {self.explanation}" if self.explanation else departure
 
 
-def replay(element: Element, folder: Path, reference: Reference, places: Mapping[str, Place]) -> Signals:
+def replay(element: Element, reference: Reference, places: Mapping[str, Place]) -> Signals:
     """Return the outputs of an FMU over a reference run, by our names and in our units.
 
     Parameters
     ----------
-    folder : where the FMU lies unpacked.
     places : the FMU's variables by ours; outputs without one are left out, and inputs are not set.
 
     Raises
     ------
-    CheckError : the FMU cannot be loaded.
-    RunError : it has not a parameter of the run, or fails; the message has what it logged.
+    RunError : it has not a parameter of the run, cannot be loaded, or fails; the message has what it logged.
     """
+    component, case, variables = reference.component, reference.case, element.variables
+    if lacking := [name for name in case.parameters if name not in places]:
+        raise RunError(case.name, f"the FMU has no variable {lacking[0]}, which this run sets.")
+    start_values = {}
+    for name, value in case.parameters.items():
+        variable, factor = variables[places[name].variable], places[name].factor
+        start_values[variable.name] = parse(literal(factor * value, variable.type), variable.type)
+    wiring = Wiring(
+        case.name, (replace(element, start_values=start_values),), (), case.steps * SAMPLE_TIME, SAMPLE_TIME
+    )
+    fed = [name for name in component.u.names if name in places]
+    ends = {name: str(End(element.name, place.variable)) for name, place in places.items()}
+    table = np.empty(len(reference.inputs), [("time", float), *((ends[name], float) for name in fed)])
+    table["time"] = reference.inputs["time"]
+    for name in fed:
+        table[ends[name]] = places[name].factor * reference.inputs[name]
+    run = simulate_apart if Settings().isolates(wiring) else simulate
     try:
-        with chdir("."):  # FMPy stays in the folder of a library that does not load
-            slave = Slave(element, folder, lambda message: None)
-    except Exception as error:  # FMPy raises plain exceptions when a library does not load
-        raise CheckError(f"The FMU cannot be loaded: {' '.join(str(error).split())}") from error
-    try:
-        return _replayed(slave, reference, places)
-    except FMICallException as error:
-        raise RunError(f"{reference.case.name}: {' '.join(slave.errors) or error}") from error
-    finally:
-        slave.unload()
+        results = run(wiring, inputs=table)
+    except (SimulationError, WiringError) as error:
+        raise RunError(case.name, str(error)) from error
+    return {name: results[ends[name]] / places[name].factor for name in component.y.names if name in places}
 
 
 def departures(outputs: Signals, reference: Reference) -> dict[str, Departure]:
@@ -85,38 +97,6 @@ def departures(outputs: Signals, reference: Reference) -> dict[str, Departure]:
             explanation = _explanation(values, expected)
             found[signal] = Departure(reference.case.name, time, float(values[n]), float(expected[n]), explanation)
     return found
-
-
-def _replayed(slave: Slave, reference: Reference, places: Mapping[str, Place]) -> Signals:
-    variables = slave.element.variables
-    inputs = [name for name in reference.component.u.names if name in places]
-    signals = [name for name in reference.component.y.names if name in places]
-
-    def set_(name: str, value: float) -> None:
-        variable, factor = variables[places[name].variable], places[name].factor
-        typed = parse(literal(factor * value, variable.type), variable.type)
-        getattr(slave.fmu, f"set{variable.type}")([variable.valueReference], [typed])
-
-    def outputs() -> list[float]:
-        found = [(variables[places[name].variable], places[name].factor) for name in signals]
-        return [float(getattr(slave.fmu, f"get{v.type}")([v.valueReference])[0]) / factor for v, factor in found]
-
-    for name, value in reference.case.parameters.items():
-        if name not in places:
-            raise RunError(f"{reference.case.name}: the FMU has no variable {name}, which this run sets.")
-        set_(name, value)
-    for name in inputs:
-        set_(name, reference.inputs[name][0])
-    slave.fmu.setupExperiment(startTime=0.0)
-    slave.fmu.enterInitializationMode()
-    slave.fmu.exitInitializationMode()
-    rows = [outputs()]
-    for n in range(reference.case.steps):
-        for name in inputs:
-            set_(name, reference.inputs[name][n])
-        slave.step(n * SAMPLE_TIME, SAMPLE_TIME)
-        rows.append(outputs())
-    return dict(zip(signals, np.array(rows).T, strict=True))
 
 
 _EXPLANATIONS: dict[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {

@@ -4,7 +4,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import fmpy
 import numpy as np
 
 from ..components.interface import Component
@@ -75,16 +74,12 @@ def opened(fmu: Path, folder: Path, name: str | None = None, map_: Path | None =
     WiringError : the file is no map.
     """
     maps = swap_map.read(map_) if map_ else {}
+    told: list[str] = []
     try:
-        description = described(fmu)
+        description = described(fmu, warn=told.append)
     except FmuError as error:
         raise CheckError(str(error)) from None
     unpack(Element(description.modelName, fmu, description), folder)
-    library = f"{description.coSimulation.modelIdentifier}{fmpy.sharedLibraryExtension}"
-    if not (folder / "binaries" / fmpy.platform / library).is_file():
-        there = sorted(path.name for path in folder.glob("binaries/*"))
-        has = f"it has those for {', '.join(there)}" if there else "it has none"
-        raise CheckError(f"{fmu} has no binary for {fmpy.platform}, which is this machine: {has}.")
     component = _component(description.modelName, name, maps)
     section = _section(component, maps, map_) if map_ else component.name
     their, our = Element(section, fmu, description), Element(section, fmu, describe(component))
@@ -100,7 +95,7 @@ def opened(fmu: Path, folder: Path, name: str | None = None, map_: Path | None =
     if problems := [*found.problems, *_misfits(our, their, places, found.left_out, bool(map_))]:
         raise _error(problems)
     notes = (f"The FMU declares no unit for {', '.join(v)}: taken as {unit}." for unit, v in found.undeclared.items())
-    return Imported(their, folder, our, component, places, bool(map_), tuple(notes))
+    return Imported(their, folder, our, component, places, bool(map_), (*told, *notes))
 
 
 def _fed_by_others(map_: SwapMap, our: Element) -> Iterator[str]:

@@ -9,7 +9,7 @@ from ..components.cases import cases_of
 from ..ssp.swap_map import folded
 from ..ssp.values import parse
 from . import reference
-from .check import Departure, RunError, departures, replay
+from .check import CheckError, Departure, RunError, departures, replay
 from .imported import Imported, opened
 
 
@@ -24,14 +24,14 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
 
     Raises
     ------
-    CheckError, WiringError : the FMU, or the map, cannot be used at all.
+    CheckError, WiringError : the FMU, or the map, cannot be used at all, or all runs fail for one reason.
     """
     with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
         imported = opened(fmu, Path(folder) / "fmu", name, map_)
         component = imported.component
         first: dict[str, Departure] = {}
         others = [*_declared_otherwise(imported)]
-        left_out = []
+        left_out, failed = [], []
         for case in cases_of(component):
             run = reference.run(component, case)
             if imported.is_mapped and (lacking := imported.lacking(run)):
@@ -39,9 +39,12 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
                 left_out.append(f"left out: {case.name}, for which the FMU has no place for {what}.")
                 continue
             try:
-                first = departures(replay(imported.element, imported.folder, run, imported.places), run) | first
+                first = departures(replay(imported.element, run, imported.places), run) | first
             except RunError as error:  # the other runs have their say all the same
                 others.append(f"The run {error}")
+                failed.append(error.reason)
+        if len(failed) == len(cases_of(component)) and len(set(failed)) == 1:
+            raise CheckError(failed[0])
     cases, there = cases_of(component), [name for name in component.y.names if name in imported.places]
     is_compared = len(left_out) < len(cases)
     width = max(map(len, component.y.names))
@@ -69,6 +72,6 @@ def _declared_otherwise(imported: Imported) -> Iterator[str]:
         if not imported.is_mapped and their.unit and ours.unit and their.unit != ours.unit:
             yield f"{their.name} is declared in {their.unit}; expected {ours.unit}."
         elif their.start and ours.start:
-            expected = place.factor * parse(str(ours.start), ours.type)
-            if not isclose(parse(str(their.start), their.type), expected, rel_tol=1e-9, abs_tol=1e-12):
+            expected = place.factor * float(parse(str(ours.start), ours.type))
+            if not isclose(float(parse(str(their.start), their.type)), expected, rel_tol=1e-9, abs_tol=1e-12):
                 yield f"{their.name} starts at {their.start}; expected {expected if place.factor != 1 else ours.start}."

@@ -13,6 +13,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from threading import Thread
 from time import monotonic
@@ -20,6 +21,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from ..ssp.checks import problems_of
 from ..ssp.wiring import Wiring, WiringError
 from .exchange import Coupling, jacobi
 from .interrupts import deferred
@@ -58,16 +60,18 @@ def simulate_apart(
     SimulationError : as in `simulate`, and for a process that died or hangs; it holds the results so far.
     WiringError : as in `simulate`.
     """
+    wiring = wiring if stop_time is None else replace(wiring, stop_time=stop_time)
+    if problems := problems_of(wiring):
+        raise WiringError(wiring.name, problems)
     with (
         tempfile.TemporaryDirectory(prefix="rov_cosim_", ignore_cleanup_errors=True) as name,
         deferred() as interrupted,
     ):
         folder = Path(name)
-        arguments = {"wiring": wiring, "coupling": coupling, "stop_time": stop_time, **how}
+        arguments = {"wiring": wiring, "coupling": coupling, **how}
         (folder / _TASK).write_bytes(pickle.dumps(arguments))
         child = _Child(folder, warn)
-        end = wiring.stop_time if stop_time is None else stop_time
-        n_steps = max(int((end - wiring.start_time) / wiring.step_size), 1)
+        n_steps = max(int((wiring.stop_time - wiring.start_time) / wiring.step_size), 1)
         try:
             for n in progress(range(n_steps)):
                 if interrupted:

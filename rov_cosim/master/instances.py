@@ -1,5 +1,6 @@
 """The FMUs of systems, unpacked, loaded and instantiated, for one run or for many."""
 
+import os
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, chdir
 from pathlib import Path
@@ -83,7 +84,8 @@ class Instances:
             slave.number, slave.watch, slave.rate = number, watch, rate
             slave.instantiate(element, warn)
         except Exception as error:  # FMPy raises plain exceptions when a library does not load
-            raise LoadError(f"{element.name}: the FMU cannot be loaded: {error}") from error
+            reason = str(error).replace(f"{self._folders[key]}{os.sep}", "")
+            raise LoadError(f"{element.name}: the FMU cannot be loaded: {reason}") from error
         return slave
 
     def _exchange(self, slaves: list[Slave], wiring: Wiring, fed: Sequence[End]) -> Exchange:

@@ -156,7 +156,7 @@ class Slave:
         """Return what went wrong in a call: the reasons that the FMU logged, if it did."""
         if not self.errors:
             return SlaveError(self, str(FMICallException(function, status)))
-        return SlaveError(self, f"{' '.join(self.errors)} ({function}: {_STATUSES.get(status, status)})")
+        return SlaveError(self, f"{' '.join(self.errors)} ({function}: {_STATUSES.get(status, status)}).")
 
     def not_finite(self, block: Block, variable: int) -> SlaveError:
         """Return what is wrong with a variable of a block that is not finite."""

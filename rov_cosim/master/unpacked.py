@@ -5,8 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from fmpy import extract
-
+from ..ssp import zipped
 from ..ssp.wiring import Element, Wiring, WiringError
 
 Folders = Mapping[tuple[str, Path], Path]
@@ -34,10 +33,9 @@ def unpacked(*wirings: Wiring) -> Iterator[Folders]:
 def unpack(element: Element, folder: Path) -> Path:
     """Unpack the FMU of an element into a folder, and return the folder; errors as in `unpacked`."""
     try:
-        extract(str(element.fmu), str(folder))
-    except Exception as error:  # a damaged zip raises nearly anything
-        problem = f"{element.fmu} cannot be unpacked: {' '.join(str(error).split())}"
-        raise WiringError(element.name, [problem]) from None
+        zipped.unpack(element.fmu, folder)
+    except zipped.ZipError as error:
+        raise WiringError(element.name, [f"{element.fmu.name} {error}"]) from None
     where = str(folder)
     if (folder / "resources" / "slavemodule.txt").is_file() and (not where.isascii() or set(where) & set("#%")):
         problem = (

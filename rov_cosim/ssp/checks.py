@@ -1,39 +1,83 @@
 """What keeps a system of FMUs from running: its elements, links and times, all told at once."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
-from fmpy.model_description import ModelVariable
 
 from .rates import fixed_step, rate_of
-from .units import conversion, units_of
-from .values import TYPES
-from .wiring import Element, End, Wiring, suggestion
+from .values import are_alike, is_settable
+from .wiring import Element, End, Link, Wiring, suggestion, unit_factor
 
 MOST_STEPS = 10_000_000
+LONGEST_NAME = 100
+"""Characters of an element's name, which is that of a file too."""
 
 
 def problems_of(wiring: Wiring) -> list[str]:
     """Return a sentence for everything that keeps the system from running."""
     times = list(_experiment_problems(wiring))
     rates = [] if times else _rate_problems(wiring)
-    return [*_element_problems(wiring), *_link_problems(wiring), *times, *rates]
+    return [*faults_of(wiring), *times, *rates]
+
+
+def faults_of(wiring: Wiring) -> list[str]:
+    """Return a sentence for everything that is wrong with a system in whatever times and steps it runs."""
+    return [*_element_problems(wiring), *_link_problems(wiring)]
+
+
+def unit_problems(links: Iterable[Link], elements: Mapping[str, Element]) -> Iterable[str]:
+    """Yield a sentence for every link between units that no factor converts."""
+    for link in links:
+        found = [elements[end.element].variables.get(end.variable) for end in link[:2] if end.element in elements]
+        units = [variable.unit for variable in found if variable is not None]
+        if len(units) == 2 and unit_factor(link, elements) is None:
+            what = f"unit {units[0]} does not match {units[1]}: no factor converts one to the other."
+            yield f"Connection {link.source} -> {link.target}: {what}"
 
 
 def _element_problems(wiring: Wiring) -> Iterable[str]:
     for name, times in Counter(element.name for element in wiring.elements).items():
         if times > 1:
             yield f"There are {times} elements of the name {name}: give each a name of its own."
-        if "." in name or "/" in name or "\\" in name:
-            yield f"The element name {name} holds a dot or a slash: rename it."
+        if {*name} & {*"/\\"} or not name.isprintable() or not name.strip():
+            yield f"The element name {name!r:.80} is blank, or holds a slash or what cannot be shown: rename it."
+        if len(name) > LONGEST_NAME:
+            yield f"The element name {name[:40]}... has {len(name)} characters; expected at most {LONGEST_NAME}."
+    for name, times in Counter(sorted(_columns(wiring))).items():
+        if times > 1:
+            yield f"{name} is {times} outputs, of elements whose names have dots: rename one."
+    yield from _single_problems(wiring)
     for element in wiring.elements:
         for variable in element.start_values:
             if variable not in element.variables:
                 hint = suggestion(variable, element.variables, f"{element.name}.")
                 yield f"There is no parameter {element.name}.{variable}." + hint
-            elif element.variables[variable].causality not in ("input", "parameter"):
-                yield f"{element.name}.{variable} cannot be set: it is neither a parameter nor an input."
+            elif not is_settable(element.variables[variable]):
+                yield f"{element.name}.{variable} cannot be set: it is neither a parameter nor an input, nor exact."
+
+
+def _columns(wiring: Wiring) -> Iterable[str]:
+    """Yield the columns of the results, elements of one name but once."""
+    for name, element in {element.name: element for element in wiring.elements}.items():
+        yield from (
+            f"{name}.{variable.name}" for variable in element.variables.values() if variable.causality == "output"
+        )
+
+
+def _single_problems(wiring: Wiring) -> Iterable[str]:
+    """Yield a sentence for each FMU that stands twice in a system and can be instantiated only once in a process."""
+    users: dict[tuple[str, str], list[str]] = {}
+    for element in wiring.elements:
+        if element.description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
+            key = element.description.coSimulation.modelIdentifier, element.description.guid
+            users.setdefault(key, []).append(element.name)
+    for (model, _), names in users.items():
+        if len(names) > 1:
+            yield (
+                f"{' and '.join(names)} are of one FMU, {model}, of which a process can have one instance alone "
+                "(canBeInstantiatedOnlyOncePerProcess): leave one out."
+            )
 
 
 def _link_problems(wiring: Wiring) -> Iterable[str]:
@@ -55,7 +99,9 @@ def _link_problems(wiring: Wiring) -> Iterable[str]:
             else:
                 ends.append((element, variable))
         if len(ends) == 2:
-            yield from _mismatches(where, *ends[0], *ends[1])
+            types = [variable.type for _, variable in ends]
+            if not are_alike(*types):
+                yield f"{where}: type {types[0]} does not match {types[1]}."
             if factor != 1 and (ends[0][1].type != "Real" or not np.isfinite(factor)):
                 yield f"{where}: the factor {factor:g} is not for a {ends[0][1].type}, or not finite."
         if target in driven:
@@ -65,7 +111,9 @@ def _link_problems(wiring: Wiring) -> Iterable[str]:
 
 def _experiment_problems(wiring: Wiring) -> Iterable[str]:
     start, stop, step = wiring.start_time, wiring.stop_time, wiring.step_size
-    if not start < stop < np.inf or start == -np.inf:
+    if not wiring.has_stop_time:
+        yield "There is no time at which a run ends: give one by --stop-time."
+    elif not start < stop or not np.isfinite(start):
         yield f"The run is from {start} s to {stop} s; expected finite times, the stop after the start."
     elif not 0 < step < np.inf:
         yield f"The step size is {step} s; expected a positive number of seconds."
@@ -84,12 +132,3 @@ def _rate_problems(wiring: Wiring) -> Iterable[str]:
                 f"{element.name} takes steps of {fixed:g} s alone (canHandleVariableCommunicationStepSize is false), "
                 f"the system steps by {wiring.step_size:g} s: one must divide the other, as by --step {fixed:g}."
             )
-
-
-def _mismatches(where: str, from_: Element, source: ModelVariable, to: Element, target: ModelVariable) -> Iterable[str]:
-    if source.type != target.type:
-        yield f"{where}: type {source.type} does not match {target.type}."
-    elif source.type not in TYPES:
-        yield f"{where}: type {source.type} is not supported; {', '.join(TYPES)} are."
-    if conversion(source.unit, units_of(from_.description), target.unit, units_of(to.description)) is None:
-        yield f"{where}: unit {source.unit} does not match {target.unit}: no factor converts one to the other."

@@ -8,7 +8,7 @@ from fmpy import read_model_description
 
 from ..components.interface import SAMPLE_TIME
 from ..exporters.build import built
-from .checks import problems_of
+from .checks import problems_of, unit_problems
 from .values import Value
 from .wiring import Element, End, Link, Wiring, WiringError, converted, suggestion
 
@@ -86,7 +86,7 @@ def wire(
     wiring = Wiring(
         system.name, elements, tuple(links), system.stop_time, system.step_size, description=system.description
     )
-    problems += problems_of(wiring)
+    problems += [*problems_of(wiring), *unit_problems(wiring.links, known)]
     if problems:
         raise WiringError(system.name, problems)
     return wiring

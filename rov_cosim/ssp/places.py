@@ -67,7 +67,9 @@ class Places:
         if not theirs:
             hint = suggestion(name, self._their.variables)
             self._problem(f"The map names {name}, which the FMU has not.{hint}")
-        other, _, variable = entry.ours.partition(".")
+        first = entry.ours.partition(".")[0]
+        other = max((n for n in self._elements if entry.ours.startswith(f"{n}.")), key=len, default=first)
+        variable = entry.ours[len(other) + 1 :]
         is_ours = bool(self._our.group(entry.ours)) or other not in self._elements
         owner, wanted = (self._our, entry.ours) if is_ours else (self._elements[other], variable)
         ours = owner.group(wanted)

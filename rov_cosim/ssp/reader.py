@@ -1,177 +1,163 @@
-"""Strict reading of flat SSP 1.0 archives: everything that is wrong with one is told at once."""
+"""Strict reading of SSP 1.0 archives: everything that is wrong with one is told at once."""
 
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from math import floor, isfinite, log10
 from pathlib import Path
-from zipfile import BadZipFile, ZipFile
 
-from lxml import etree
+from fmpy.model_description import ModelDescription
 
 from ..components.interface import SAMPLE_TIME
-from .checks import problems_of
-from .fmu_file import FmuError, described
-from .parameter_set import SCHEMA, Bound, checked_values, parameters, units_in
-from .strict_xml import NAMESPACES, STANDARD, parse_strictly
-from .units import Base, same_unit, units_of
-from .values import TYPES, Value
-from .wiring import Element, End, Link, Wiring, WiringError, converted, suggestion
+from . import ssd, zipped
+from .checks import faults_of
+from .flattening import Flattening, components
+from .fmu_file import DESCRIPTION, FmuError, described
+from .parameter_set import Bound, checked_values
+from .ssd import Component, Structure
+from .units import Base, is_defined, same_unit, units_of
+from .values import are_alike
+from .wiring import Element, Wiring, WiringError, suggestion
+
+SSD = "SystemStructure.ssd"
+FEWEST_STEPS = 10
+"""Steps of a run below which that of this project is too long for an archive that names none."""
+
+Warn = Callable[[str], None]
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Wiring]:
+def opened(path: Path, warn: Warn = lambda message: None) -> Iterator[Wiring]:
     """Read an archive and yield its system; its FMUs lie in a temporary folder until the context ends.
+
+    The elements of a system in the system are named ``system.element``. `warn` is told what is not quite as it should
+    be and yet can be run.
 
     Raises
     ------
     WiringError : every problem found: a broken archive, XML that the standard or this reader does not know, a missing
         FMU, connectors that do not match, units or types that differ, unknown parameters.
     """
-    with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
+    with tempfile.TemporaryDirectory(prefix="rov_cosim_", ignore_cleanup_errors=True) as folder:
         try:
-            with ZipFile(path) as archive:
-                archive.extractall(folder)
-        except FileNotFoundError:
-            problem = "There is no such archive; `rov-cosim build` makes those of this project."
+            zipped.unpack(path, Path(folder))
+        except zipped.ZipError as error:
+            problem = f"This is not a readable SSP archive: it {error}"
+            if not path.exists():
+                problem = "There is no such archive; `rov-cosim build` makes those of this project."
             raise WiringError(str(path), [problem]) from None
-        except (BadZipFile, OSError, RuntimeError) as error:  # the last where it is encrypted
-            problem = f"This is not a readable SSP archive ({error}); build or copy it again."
-            raise WiringError(str(path), [problem]) from None
-        yield _Reader(Path(folder), str(path)).read()
+        yield _Reader(_root(Path(folder), str(path), warn), str(path), warn).read()
+
+
+def _root(folder: Path, where: str, warn: Warn) -> Path:
+    """Return the folder of an unpacked archive that its SSD is in."""
+    if (folder / SSD).is_file():
+        return folder
+    found = sorted((p for p in folder.rglob(SSD) if "__MACOSX" not in p.parts), key=lambda p: len(p.parts))
+    if found:
+        inside = found[0].parent
+        warn(f"{where}: {SSD} lies in the folder {inside.relative_to(folder)}, not at the root, where SSP wants it.")
+        return inside
+    others = sorted(p.name for p in folder.rglob("*.ssd"))
+    if (folder / DESCRIPTION).is_file():
+        what = "This is an FMU, which takes a place in a system by --swap ELEMENT=FMU."
+    elif others:
+        what = f"There are {', '.join(others)}: give the one to run this name."
+    elif (folder / "OspSystemStructure.xml").is_file():
+        what = "OspSystemStructure.xml is a form of Open Simulation Platform's own."
+    else:
+        what = "Zip what the folder with it holds."
+    raise WiringError(where, [f"{SSD}: There is no such file. {what}"])
 
 
 class _Reader:
     """One pass over an extracted archive that collects problems."""
 
-    def __init__(self, root: Path, where: str) -> None:
+    def __init__(self, root: Path, where: str, warn: Warn) -> None:
         self.root, self.where = root, where
+        self.warn: Warn = lambda message: warn(f"{where}: {message}")
         self.problems: list[str] = []
-        self.unreadable: set[str] = set()
+        self._described: dict[Path, ModelDescription] = {}
 
     def read(self) -> Wiring:
-        document = self._parse("SystemStructure.ssd", "SystemStructureDescription.xsd")
-        if document is None:
+        structure = ssd.read(self.root / SSD, self.problems, self.warn)
+        if structure is None:
             raise WiringError(self.where, self.problems)
-        system = document.find("ssd:System", STANDARD)
-        units = units_in(document)
-        components = system.findall("ssd:Elements/ssd:Component", STANDARD)
-        if not components:
-            self.problems.append("SystemStructure.ssd: the system has no component.")
-        elements = [self._element(component, units) for component in components]
+        listed = list(components(structure.root))
+        if not listed:
+            self.problems.append(f"{SSD}: the system has no component.")
+        elements = [(path, self._element(path, component, structure.units)) for path, component in listed]
+        flat = Flattening(structure, dict(elements), self.warn)
+        self.problems += flat.problems
+        step, note = _step_size(structure, [e for _, e in elements if e])
         wiring = Wiring(
-            name=document.get("name"),
-            elements=tuple(self._system_parameters(system, [element for element in elements if element])),
-            links=tuple(self._links(system, {element.name: element for element in elements if element})),
-            start_time=self._time(document, "startTime", "0"),
-            stop_time=self._time(document, "stopTime", None),
-            step_size=self._step_size(document),
-            description=document.get("description", ""),
+            name=structure.name,
+            elements=tuple(self._started(e, flat.bound[path]) for path, e in elements if e),
+            links=tuple(flat.links),
+            start_time=structure.start_time,
+            stop_time=structure.stop_time,
+            step_size=step,
+            description=structure.description,
         )
-        self.problems += problems_of(wiring)
+        self.problems += faults_of(wiring)
         if self.problems:
-            raise WiringError(self.where, self.problems)
+            raise WiringError(self.where, list(dict.fromkeys(self.problems)))
+        if note:
+            self.warn(note)
         return wiring
 
-    def _parse(self, name: str, schema: str) -> etree._Element | None:
-        try:
-            return parse_strictly(self.root / name, name, schema)
-        except WiringError as error:
-            self.problems += str(error).splitlines()
-            return None
-
-    def _element(self, component: etree._Element, units: Mapping[str, Base]) -> Element | None:
-        name, source = component.get("name"), component.get("source")
-        self.unreadable.add(name)
-        fmu = self.root / source
-        if ".." in fmu.parts or not fmu.is_relative_to(self.root) or not fmu.is_file():
-            self.problems.append(f"{name}: the archive has no FMU {source}.")
+    def _element(self, path: tuple[str, ...], component: Component, units: Mapping[str, Base]) -> Element | None:
+        name, source = ".".join(path), component.source
+        fmu = ssd.located(self.root, source)
+        if fmu is None:
+            there = [str(p.relative_to(self.root)) for p in self.root.rglob("*.fmu")]
+            hint = suggestion(source, there) or " Only what lies in it is run." * (".." in source or "://" in source)
+            self.problems.append(f"{name}: the archive has no FMU {source:.100}.{hint}")
             return None
         try:
-            description = described(fmu, source)
+            if fmu not in self._described:
+                self._described[fmu] = described(fmu, source, self.warn)
         except FmuError as error:
             self.problems.append(f"{name}: {error}")
             return None
-        self.unreadable.discard(name)
-        element = Element(name, fmu, description)
+        element = Element(name, fmu, self._described[fmu])
         self._check_connectors(component, element, units)
-        return replace(element, start_values=self._values(self._bound(component), element))
+        return element
 
-    def _check_connectors(self, component: etree._Element, element: Element, units: Mapping[str, Base]) -> None:
-        for connector in component.iterfind("ssd:Connectors/ssd:Connector", STANDARD):
-            name, kind = connector.get("name"), connector.get("kind")
-            where, variable = f"Connector {element.name}.{name}", element.variables.get(name)
+    def _started(self, element: Element, bound: list[Bound]) -> Element:
+        values = checked_values(bound, element.name, element.description, self.problems, self.warn)
+        return replace(element, start_values=values)
+
+    def _check_connectors(self, component: Component, element: Element, units: Mapping[str, Base]) -> None:
+        variables, known = element.variables, units_of(element.description)
+        for name, (kind, type_, unit) in component.connectors.items():
+            where, variable = f"Connector {element.name}.{name}", variables.get(name)
             if variable is None:
-                self.problems.append(f"{where}: the FMU has no such variable." + suggestion(name, element.variables))
+                self.problems.append(f"{where}: the FMU has no such variable." + suggestion(name, variables))
                 continue
             if kind != variable.causality:
                 self.problems.append(f"{where}: kind {kind} does not match causality {variable.causality}.")
-            for typed in connector:
-                type_, unit = etree.QName(typed).localname, typed.get("unit")
-                if type_ in TYPES and type_ != variable.type:
-                    self.problems.append(f"{where}: type {type_} does not match {variable.type}.")
-                elif not same_unit(unit, units, variable.unit, units_of(element.description)):
+            if type_ and not are_alike(type_, variable.type):
+                self.problems.append(f"{where}: type {type_} does not match {variable.type}.")
+            elif not same_unit(unit, units, variable.unit, known):
+                if is_defined(unit, units) and is_defined(variable.unit, known):
                     self.problems.append(f"{where}: unit {unit} does not match {variable.unit}.")
+                else:
+                    self.warn(f"{where}: unit {unit} stands for {variable.unit}, and not both are defined.")
 
-    def _values(self, bound: Iterable[Bound], element: Element) -> dict[str, Value]:
-        return checked_values(bound, element.name, element.description, self.problems)
 
-    def _bound(self, owner: etree._Element) -> Iterator[Bound]:
-        """Yield the parameters bound to a component or system."""
-        for binding in owner.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", STANDARD):
-            prefix, source = binding.get("prefix", ""), binding.get("source")
-            if source is None:
-                parameter_set = binding.find("ssd:ParameterValues/ssv:ParameterSet", STANDARD)
-            else:
-                parameter_set = self._parse(source, SCHEMA)
-            if parameter_set is None:
-                continue
-            yield from parameters(parameter_set, self.problems, prefix)
-
-    def _system_parameters(self, system: etree._Element, elements: list[Element]) -> Iterator[Element]:
-        """Yield the elements with the values bound to the system as ``element.parameter``, which come first."""
-        names = {element.name for element in elements} | self.unreadable
-        bound: dict[str, list[Bound]] = {}
-        for parameter_set, name, typed in self._bound(system):
-            element, _, variable = name.partition(".")
-            bound.setdefault(element, []).append(Bound(parameter_set, variable, typed))
-            if element not in names:
-                self.problems.append(f"Parameter {name}: there is no element {element}." + suggestion(element, names))
-        for e in elements:
-            values = {**e.start_values, **self._values(bound.get(e.name, ()), e)}
-            yield replace(e, start_values=values)
-
-    def _links(self, system: etree._Element, elements: Mapping[str, Element]) -> Iterator[Link]:
-        for connection in system.iterfind("ssd:Connections/ssd:Connection", STANDARD):
-            source, target = connection.get("startElement"), connection.get("endElement")
-            start, end = connection.get("startConnector"), connection.get("endConnector")
-            if source is None:
-                self.problems.append(
-                    f"Connection {start} -> {target}.{end} wants an external signal; none can be fed in."
-                )
-            # An output that leaves the system is recorded all the same; an unreadable element is told already.
-            elif target is not None and not {source, target} & self.unreadable:
-                transformation = connection.find("ssc:LinearTransformation", STANDARD)
-                factor = 1.0 if transformation is None else float(transformation.get("factor", "1"))
-                link = Link(End(source, start), End(target, end), factor)
-                suppressed = connection.get("suppressUnitConversion") in ("true", "1")
-                yield link if suppressed else converted(link, elements)
-
-    def _time(self, document: etree._Element, attribute: str, default: str | None) -> float:
-        experiment = document.find("ssd:DefaultExperiment", STANDARD)
-        literal = default if experiment is None else experiment.get(attribute, default)
-        if literal is None:
-            self.problems.append(f"SystemStructure.ssd: the DefaultExperiment has no {attribute}: give it one.")
-            return 1.0
-        return float(literal)
-
-    def _step_size(self, document: etree._Element) -> float:
-        """Return the step that the annotations of Open Simulation Platform or OpenModelica name, or the paper's."""
-        for path, attribute in ((".//osp:FixedStepAlgorithm", "baseStepSize"), (".//oms:FixedStepMaster", "stepSize")):
-            found = document.find(path, NAMESPACES)
-            if found is not None and found.get(attribute):
-                try:
-                    return float(found.get(attribute))
-                except ValueError:
-                    self.problems.append(f"SystemStructure.ssd: the {attribute} {found.get(attribute)} is no number.")
-        return SAMPLE_TIME
+def _step_size(structure: Structure, elements: list[Element]) -> tuple[float, str]:
+    """Return the step that the archive names, else the shortest of its FMUs, else a round one with a word on it."""
+    if structure.step_size is not None:
+        return structure.step_size, ""
+    experiments = [e.description.defaultExperiment for e in elements]
+    named = [step for e in experiments if e and e.stepSize and isfinite(step := float(e.stepSize)) and step > 0]
+    duration = structure.stop_time - structure.start_time
+    if named:
+        step, of = min(named), "the shortest that an FMU of it names"
+    elif 0 < duration < FEWEST_STEPS * SAMPLE_TIME * (1 - 1e-9):
+        step, of = float(f"1e{floor(log10(duration / 100))}"), "a hundred in a run or more"
+    else:
+        step, of = SAMPLE_TIME, "this project's own"
+    return step, f"The archive names no step: without --step it is {step:g} s, {of}."

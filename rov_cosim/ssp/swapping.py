@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from .checks import problems_of
+from .checks import faults_of
 from .fmu_file import FmuError, described
 from .places import Places
 from .swap_map import SwapMap, folded, stem
-from .values import Value
+from .values import Value, is_settable
 from .wiring import Element, End, Link, Wiring, WiringError, called_by_fmu, suggestion
 
 Warn = Callable[[str], None]
@@ -33,7 +33,7 @@ def with_swaps(
     problems: list[str] = []
     for name, fmu in fmus.items():
         try:
-            wiring = swapped(wiring, Element(name, fmu.absolute(), described(fmu)), maps.get(name), warn)
+            wiring = swapped(wiring, Element(name, fmu.absolute(), described(fmu, warn=warn)), maps.get(name), warn)
         except FmuError as error:
             problems.append(f"{name}: {error}")
         except WiringError as error:
@@ -67,7 +67,7 @@ def swapped(wiring: Wiring, their: Element, map_: SwapMap | None = None, warn: W
         raise WiringError(wiring.name, [problem])
     swap = _Swap(wiring, their, map_)
     result = swap.result()
-    if problems := [*swap.problems, *problems_of(result)]:
+    if problems := [*swap.problems, *faults_of(result)]:
         raise WiringError(wiring.name, problems)
     for note in swap.notes:
         warn(f"{their.name}: {note}")
@@ -112,7 +112,7 @@ class _Swap:
         """Return what the receiver of an output of ours gets instead of it."""
         type_ = self.our.variables[link.source.variable].type
         if type_ == "Real" and type(value) is not bool:
-            return link.factor * value
+            return link.factor * float(value)
         if type(value) is not {"Boolean": bool, "Integer": int}.get(type_):
             self._problem(f"The constant {value!r} is not for {link.source.variable}, a {type_}.")
         return value
@@ -146,12 +146,12 @@ class _Swap:
         for ours, value in self.our.start_values.items():
             place, type_ = self.places.of.get(ours), self.our.variables[ours].type
             their = self.their.variables[place.variable] if place else None
-            if place is None or their is None or their.causality not in ("input", "parameter"):
+            if place is None or their is None or not is_settable(their):
                 dropped.append(ours)
             elif their.type != type_ or (type_ != "Real" and place.factor != 1):
                 self._problem(f"{ours}, a {type_}, cannot be set as {place.factor:g} of {their.name}, a {their.type}.")
             else:
-                values[place.variable] = place.factor * value if type_ == "Real" else value
+                values[place.variable] = place.factor * float(value) if type_ == "Real" else value
         if dropped:
             who = "map" if self.is_mapped else "FMU"
             what = folded(dropped, self.our.start_values)

@@ -58,18 +58,33 @@ def conversion(a: str | None, units_a: Mapping[str, Base], b: str | None, units_
 
     Units are compared by definition, else by what their names are known for, else by name; no unit fits any.
     """
+    line = line_between(a, units_a, b, units_b)
+    return line[0] if line and not line[1] else None
+
+
+def line_between(
+    a: str | None, units_a: Mapping[str, Base], b: str | None, units_b: Mapping[str, Base]
+) -> tuple[float, float] | None:
+    """Return factor and offset from numbers in unit `a` to numbers in `b`, or None; units are as in `conversion`."""
     if not a or not b:
-        return 1.0
+        return 1.0, 0.0
     base_a, base_b = units_a.get(a, KNOWN.get(a)), units_b.get(b, KNOWN.get(b))
     if base_a is None or base_b is None:
-        return 1.0 if a == b else None
+        return (1.0, 0.0) if a == b else None
     (*dimension_a, factor_a, offset_a), (*dimension_b, factor_b, offset_b) = base_a, base_b
-    # Tools write pi/180 to twelve digits or so, which is no other unit.
-    if dimension_a == dimension_b and offset_a == offset_b and isclose(factor_a, factor_b):
-        return 1.0
-    if dimension_a != dimension_b or offset_a or offset_b or not factor_a or not factor_b:
+    if dimension_a != dimension_b:
         return None
-    return factor_a / factor_b
+    # Tools write pi/180 to twelve digits or so, which is no other unit.
+    if offset_a == offset_b and isclose(factor_a, factor_b):
+        return 1.0, 0.0
+    if not factor_a or not factor_b:
+        return None
+    return factor_a / factor_b, (offset_a - offset_b) / factor_b
+
+
+def is_defined(unit: str | None, units: Mapping[str, Base]) -> bool:
+    """Tell whether it is known what a unit means."""
+    return not unit or unit in units or unit in KNOWN
 
 
 def same_unit(a: str | None, units_a: Mapping[str, Base], b: str | None, units_b: Mapping[str, Base]) -> bool:

@@ -1,19 +1,25 @@
 """Values of FMI variables, and the literals that stand for them."""
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
-Value = float | int | bool
-TYPES = ("Real", "Integer", "Boolean")
+Value = float | int | bool | str
+TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 LARGEST_INTEGER = 2**31 - 1
 
 
 def parse(literal: str, type_: str) -> Value:
-    """Return the value that a literal stands for in a variable of an FMI type; ValueError if it is none."""
+    """Return the value that a literal stands for in a variable of an FMI type; ValueError if it is none.
+
+    An Enumeration is a number here; `value_of` knows its items.
+    """
+    if type_ not in TYPES:
+        raise ValueError(f"type {type_} is not supported; {', '.join(TYPES)} are")
+    if type_ == "String":
+        return literal
     text = literal.strip()
     if "_" in text or not text.isascii():  # Python reads 1_000, and the digits of every script
         raise ValueError(f"expected {'true or false' if type_ == 'Boolean' else 'a number'}, got {literal!r}")
-    if type_ not in TYPES:
-        raise ValueError(f"type {type_} is not supported; {', '.join(TYPES)} are")
     if type_ == "Boolean":
         values = {"true": True, "1": True, "false": False, "0": False}
         if text.lower() not in values:
@@ -29,3 +35,40 @@ def parse(literal: str, type_: str) -> Value:
     if not np.isfinite(value):
         raise ValueError(f"expected a finite number, got {literal!r}")
     return value if type_ == "Real" else int(value)
+
+
+def value_of(literal: str, variable: ModelVariable) -> Value:
+    """Return what `parse` does for a variable, an item of whose enumeration may be given by name or number."""
+    items = items_of(variable)
+    if not items:
+        return parse(literal, variable.type)
+    if literal in items:
+        return items[literal]
+    try:
+        number = parse(literal, variable.type)
+    except ValueError:
+        number = ""
+    if number not in items.values():
+        known = ", ".join(f"{name} ({number})" for name, number in items.items())
+        raise ValueError(f"expected one of {known}, got {literal!r}")
+    return number
+
+
+def are_alike(type_: str, other: str) -> bool:
+    """Tell whether values of a type are values of another too: an Enumeration is an Integer."""
+    return type_ == other or {type_, other} == {"Integer", "Enumeration"}
+
+
+def items_of(variable: ModelVariable) -> dict[str, int]:
+    """Return the items of a variable's enumeration by name; none if it is of another type, or the FMU tells none."""
+    declared = variable.declaredType
+    if variable.type != "Enumeration" or declared is None:
+        return {}
+    return {item.name: int(item.value) for item in declared.items}
+
+
+def is_settable(variable: ModelVariable) -> bool:
+    """Tell whether a variable can be set before the initialization."""
+    if variable.variability == "constant":
+        return False
+    return variable.causality in ("input", "parameter") or variable.initial in ("exact", "approx")

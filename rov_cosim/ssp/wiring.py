@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from functools import cached_property
+from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +12,7 @@ from fmpy.model_description import ModelDescription, ModelVariable
 
 from ..errors import UserError
 from .units import conversion, units_of
-from .values import Value, parse
+from .values import Value, is_settable, parse, value_of
 
 
 class WiringError(UserError):
@@ -56,7 +58,7 @@ class Element:
     description: ModelDescription
     start_values: Mapping[str, Value] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def variables(self) -> dict[str, ModelVariable]:
         """Variables by name."""
         return {variable.name: variable for variable in self.description.modelVariables}
@@ -92,7 +94,11 @@ class Element:
 
 @dataclass(frozen=True)
 class Wiring:
-    """A system of elements, listed in the order in which a sequential master steps them."""
+    """A system of elements, listed in the order in which a sequential master steps them.
+
+    The name of an element may have dots: those of an archive's inner systems stand before it. Without a stop time, inf,
+    it runs to one that is given.
+    """
 
     name: str
     elements: tuple[Element, ...]
@@ -112,11 +118,27 @@ class Wiring:
         mine, its = ((w.links, w.start_time, w.stop_time, w.step_size, len(w.elements)) for w in (self, other))
         return mine == its and all(map(Element.runs_as, self.elements, other.elements))
 
+    @property
+    def has_stop_time(self) -> bool:
+        """Tell whether the system says when a run ends."""
+        return self.stop_time != inf
+
     def value(self, end: str) -> Value | None:
         """Return the start value of ``element.variable``, or None if the system has no such variable."""
-        name, _, variable = end.partition(".")
-        known = {element.name: element for element in self.elements}
-        return known[name].value(variable) if name in known and variable in known[name].variables else None
+        element, variable = self.parted(end)
+        return element.value(variable) if element and variable in element.variables else None
+
+    def parted(self, end: str) -> tuple[Element | None, str]:
+        """Return element and variable of ``element.variable``, either of which may have dots in its name.
+
+        The element is None if there is none; one that has the variable goes before one that has not.
+        """
+        found = [element for element in self.elements if end.startswith(f"{element.name}.")]
+        for element in found:
+            if (variable := end[len(element.name) + 1 :]) in element.variables:
+                return element, variable
+        longest = max(found, key=lambda element: len(element.name), default=None)
+        return longest, end[len(longest.name) + 1 :] if longest else end.partition(".")[2]
 
     def link_to(self, end: str) -> Link | None:
         """Return the connection that feeds the input ``element.variable``, or None if there is none."""
@@ -131,21 +153,22 @@ class Wiring:
         """
         problems, elements = [], {element.name: element for element in self.elements}
         for end, value in values.items():
-            name, _, variable = end.partition(".")
-            element = elements.get(name)
-            if element is None or variable not in element.variables:
+            found, variable = self.parted(end)
+            if found is None or variable not in found.variables:
                 problems.append(self._unknown(end))
                 continue
+            name, element = found.name, elements[found.name]
             declared = element.variables[variable]
-            if declared.causality not in ("input", "parameter"):
-                problems.append(f"{end} is of causality {declared.causality}: only inputs and parameters can be set.")
+            if not is_settable(declared):
+                what = "inputs and parameters can be set, and what has an exact or approximate start value"
+                problems.append(f"{end} is of causality {declared.causality}: only {what}.")
                 continue
             if link := self.link_to(end):
                 source = link.source.element
                 problems.append(f"{end} is connected: its value comes from {link.source}; set a parameter of {source}.")
                 continue
             try:
-                parsed = parse(str(value), declared.type)
+                parsed = value_of(str(value), declared)
             except ValueError as error:
                 problems.append(f"{end}: {error}")
                 continue
@@ -156,8 +179,8 @@ class Wiring:
 
     def _unknown(self, end: str) -> str:
         """Return a sentence on a variable that there is not, with what may be meant."""
-        name, _, variable = end.partition(".")
-        element = next((element for element in self.elements if element.name == name), None)
+        element, variable = self.parted(end)
+        name = element.name if element else end.partition(".")[0]
         if element and (group := list(element.group(variable).values())):
             return f"{end} is a group: set {name}.{group[0]} ... {name}.{group[-1]}, one by one."
         known = [f"{e.name}.{v}" for e in self.elements for v in e.variables]

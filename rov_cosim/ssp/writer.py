@@ -4,13 +4,14 @@ The prefixes ssd:, ssc: and ssv: are literal, every connector has a type, and th
 annotations of Open Simulation Platform and OpenModelica, because readers of SSP depend on each of these.
 """
 
-from fmpy.model_description import ModelVariable, Unit
+from fmpy.model_description import ModelVariable, SimpleType, Unit
 from lxml import etree
 
 from ..exporters.model_description import literal
 from .checks import problems_of
 from .strict_xml import NAMESPACES
 from .units import BASE_UNITS, defined_units
+from .values import Value, items_of
 from .wiring import Element, Wiring, WiringError, unit_factor
 
 PARAMETER_SET = "nominal"
@@ -63,6 +64,7 @@ def system_structure(wiring: Wiring) -> bytes:
     oms = _annotation(system, "org.openmodelica")
     information = _child(_child(oms, "oms:Annotations"), "oms:SimulationInformation")
     _child(information, "oms:FixedStepMaster", description="oms-ma", stepSize=step)
+    _enumerations(root, wiring)
     units = defined_units({e.name: e.description for e in wiring.elements})
     _units(root, [unit for name, unit in units.items() if name in _used_units(wiring)])
     experiment = _child(
@@ -81,7 +83,7 @@ def parameter_set(element: Element) -> bytes:
     for name, value in element.start_values.items():
         variable = element.variables[name]
         parameter = _child(parameters, "ssv:Parameter", name=name)
-        typed = _child(parameter, f"ssv:{variable.type}", value=literal(value, variable.type))
+        typed = _child(parameter, f"ssv:{variable.type}", value=_literal(value, variable))
         if variable.unit:
             typed.set("unit", variable.unit)
             used.add(variable.unit)
@@ -101,6 +103,8 @@ def _component(parent: etree._Element, element: Element, wiring: Wiring) -> None
     for variable in _connected(element, wiring):
         connector = _child(connectors, "ssd:Connector", name=variable.name, kind=variable.causality)
         typed = _child(connector, f"ssc:{variable.type}")
+        if enumeration := _enumeration(variable):
+            typed.set("name", enumeration.name)
         if variable.unit:
             typed.set("unit", variable.unit)
     if element.start_values:
@@ -137,6 +141,26 @@ def _units(parent: etree._Element, units: list[Unit], prefix: str = "ssd") -> No
         for name, value in neutral.items():
             if getattr(unit.baseUnit, name) != value:
                 base.set(name, str(getattr(unit.baseUnit, name)))
+
+
+def _enumeration(variable: ModelVariable) -> SimpleType | None:
+    return variable.declaredType if variable.type == "Enumeration" else None
+
+
+def _enumerations(root: etree._Element, wiring: Wiring) -> None:
+    connected = [_enumeration(variable) for element in wiring.elements for variable in _connected(element, wiring)]
+    types = {declared.name: declared for declared in connected if declared}
+    listed = _child(root, "ssd:Enumerations") if types else root  # the schema wants no empty list
+    for name, declared in types.items():
+        enumeration = _child(listed, "ssc:Enumeration", name=name)
+        for item in declared.items:
+            _child(enumeration, "ssc:Item", name=item.name, value=str(item.value))
+
+
+def _literal(value: Value, variable: ModelVariable) -> str:
+    """Return a value as a parameter set has it, which calls the items of an enumeration by name."""
+    names = [name for name, number in items_of(variable).items() if number == value]
+    return names[0] if names else literal(value, variable.type)
 
 
 def _annotation(parent: etree._Element, type_: str) -> etree._Element:

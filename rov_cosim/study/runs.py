@@ -65,7 +65,7 @@ def opened(
 ) -> Iterator[Wiring]:
     """Yield the wiring of a system, its FMUs built in an export, or of any SSP archive, with changes in it.
 
-    `warn` is called with what the changes leave open, `progress` with what a build begins.
+    `warn` is called with what is not quite right and what the changes leave open, `progress` with what a build begins.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def opened(
     if isinstance(system, System):
         yield changes.applied(wire(system, export=export, progress=progress), warn)
         return
-    with reader.opened(system) as wiring:
+    with reader.opened(system, warn) as wiring:
         yield changes.applied(replace(wiring, name=_archive_name(system, wiring)), warn)
 
 

@@ -32,7 +32,9 @@ def describe(layout: Layout, identifier: str, can_save: bool) -> ModelDescriptio
             generationDateAndTime=GENERATED,
             variableNamingConvention="structured",
             logCategories=[Category(name, text) for name, text in LOG_CATEGORIES.items()],
-            defaultExperiment=DefaultExperiment(wiring.start_time, wiring.stop_time, stepSize=wiring.step_size),
+            defaultExperiment=DefaultExperiment(
+                wiring.start_time, wiring.stop_time if wiring.has_stop_time else None, stepSize=wiring.step_size
+            ),
             coSimulation=CoSimulation(
                 modelIdentifier=identifier,
                 # Its steps are multiples of the inner one; tools take this flag for leave to take any.

@@ -8,12 +8,19 @@ from typing import NamedTuple
 
 from fmpy.model_description import ModelVariable
 
+from ..errors import UserError
 from ..exporters.model_description import literal
-from ..ssp.values import TYPES
 from ..ssp.wiring import Element, End, Link, Wiring
+
+TYPES = ("Real", "Integer", "Boolean")
+"""Of the variables shown; an Enumeration is an Integer, and Strings are not."""
 
 COUPLING = "coupling"
 """The parameter that selects the coupling; every other variable has a dot in its name."""
+
+
+class LayoutError(UserError):
+    """A system has what its FMU cannot show; the message tells what."""
 
 
 class Shown(NamedTuple):
@@ -61,7 +68,12 @@ class Layout:
 
 
 def laid_out(wiring: Wiring) -> Layout:
-    """Return the layout of a system: all outputs, all parameters and the unconnected inputs as ``element.variable``."""
+    """Return the layout of a system: all outputs, all parameters and the unconnected inputs as ``element.variable``.
+
+    Raises
+    ------
+    LayoutError : the system sets or connects what is not shown.
+    """
     targets = {link.target for link in wiring.links}
     fed = [{type_: list(_fed(e, type_, targets)) for type_ in TYPES} for e in wiring.elements]
     inputs, outputs, parameters = [], [], []
@@ -69,12 +81,13 @@ def laid_out(wiring: Wiring) -> Layout:
         for type_ in TYPES:
             outputs += [_shown(i, element, v) for v in element.description.modelVariables if _is(v, "output", type_)]
         for variable in element.description.modelVariables:
-            if variable.type not in TYPES or not element.has_value(variable.name):
+            if _type(variable) not in TYPES or not element.has_value(variable.name):
                 continue
             if variable.causality == "parameter":
                 parameters.append(_shown(i, element, variable))
             elif variable.causality == "input" and End(element.name, variable.name) not in targets:
                 inputs.append(_shown(i, element, variable))
+    _check(wiring, {shown.variable.name for shown in (*inputs, *parameters)})
     parameters.append(Shown(_coupling(), len(wiring.elements), 0))
     layout = Layout(wiring, inputs, outputs, parameters, fed, [])
     for reference, shown in enumerate(layout.variables):
@@ -83,23 +96,45 @@ def laid_out(wiring: Wiring) -> Layout:
     return layout
 
 
+def _check(wiring: Wiring, settable: set[str]) -> None:
+    targets = {str(link.target) for link in wiring.links}
+    ends = [f"{element.name}.{name}" for element in wiring.elements for name in element.start_values]
+    if lost := [end for end in ends if end not in settable and end not in targets]:
+        raise LayoutError(
+            f"{wiring.name}: {', '.join(lost)} cannot be set in one FMU: no parameters, inputs, or Strings."
+        )
+    if any(link_type(link, wiring) == "String" for link in wiring.links):
+        raise LayoutError(f"{wiring.name}: it connects Strings, which one FMU does not.")
+
+
+def link_type(link: Link, wiring: Wiring) -> str:
+    """Return the type of the values that a link carries."""
+    element = next(element for element in wiring.elements if element.name == link.source.element)
+    return _type(element.variables[link.source.variable])
+
+
+def _type(variable: ModelVariable) -> str:
+    return "Integer" if variable.type == "Enumeration" else str(variable.type)
+
+
 def _is(variable: ModelVariable, causality: str, type_: str) -> bool:
-    return bool(variable.causality == causality and variable.type == type_)
+    return bool(variable.causality == causality and _type(variable) == type_)
 
 
 def _fed(element: Element, type_: str, targets: set[End]) -> Iterable[ModelVariable]:
     for variable in element.description.modelVariables:
-        if variable.type == type_ and End(element.name, variable.name) in targets:
+        if _type(variable) == type_ and End(element.name, variable.name) in targets:
             yield variable
 
 
 def _shown(index: int, element: Element, declared: ModelVariable) -> Shown:
     variable = copy(declared)
     variable.name = f"{element.name}.{declared.name}"
+    variable.type = _type(declared)
     variable.canHandleMultipleSetPerTimeInstant = False
     variable.start = None
     if declared.causality != "output":
-        variable.start = literal(element.value(declared.name), declared.type)
+        variable.start = literal(element.value(declared.name), variable.type)
     # What the standard takes where nothing is said: an FMU's own word may not fit, or names what is not here.
     variable.initial = variable.declaredType = variable.derivative = None
     variable.reinit = False
@@ -131,8 +166,7 @@ def _copies(layout: Layout) -> Iterable[Copies]:
     inputs = [{type_: [v.name for v in of_type] for type_, of_type in by_type.items()} for by_type in layout.fed]
 
     def bundle(link: Link) -> tuple[int, int, str]:
-        type_ = elements[index[link.source.element]].variables[link.source.variable].type
-        return index[link.source.element], index[link.target.element], type_
+        return index[link.source.element], index[link.target.element], link_type(link, layout.wiring)
 
     for (sender, receiver, type_), group in groupby(sorted(layout.wiring.links, key=bundle), key=bundle):
         links = list(group)

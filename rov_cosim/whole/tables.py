@@ -8,8 +8,9 @@ import numpy as np
 from ..exporters.c_tables import limits, lines, number, text
 from ..exporters.model_description import LOG_CATEGORIES
 from ..master.exchange import PASSES
-from ..ssp.values import TYPES, parse
-from .layout import Layout, Shown
+from ..ssp.rates import Rate, rate_of
+from ..ssp.values import parse
+from .layout import TYPES, Layout, Shown
 
 STATE_VERSION = 1
 """Version of a saved state; raised whenever `State` in c/state.h changes."""
@@ -162,7 +163,8 @@ def _elements(layout: Layout, libraries: Sequence[tuple[str, str]]) -> Iterable[
             for by_type in (layout.outputs_of(i), fed)
         ]
         words = ", ".join(map(text, (element.name, element.description.guid, *names)))
-        yield f"{{{words}, {', '.join(counts)}}}"
+        parts, every = rate_of(element, layout.wiring.step_size) or Rate()
+        yield f"{{{words}, {', '.join(counts)}, {parts}, {every}}}"
 
 
 def _row(items: Iterable[object]) -> str:

@@ -6,6 +6,7 @@ from pathlib import Path
 from ..exporters import archive, stamp
 from ..ssp import writer
 from ..ssp.wiring import Wiring
+from .layout import LayoutError
 
 _CODE = [Path(__file__).parent.with_name(name) for name in ("master", "ssp", "whole")]
 
@@ -54,6 +55,6 @@ def write(
 
         try:
             content |= archive.read(fmu) if fmu else face.entries(wiring, archive.present(path), progress)
-        except face.FaceError as error:
+        except (face.FaceError, LayoutError) as error:
             warn(f"{error} The archive has SSP content alone, which `fmpy simulate` cannot run.")
     return archive.write(path, content)

@@ -134,7 +134,7 @@ static int make(Elements *e, size_t i, const char *resources) {
     Slave slave = {f->Instantiate(elements_table[i].name, fmi2CoSimulation, elements_table[i].guid, location, &e->callbacks[i],
                                   fmi2False, fmi2True),
                    f->DoStep, f->GetReal, f->GetInteger, f->GetBoolean, NULL, f->SetReal, f->SetInteger, f->SetBoolean,
-                   {{0, 0, 0}}, {{0, 0, 0}}, 1, 1};
+                   {{0, 0, 0}}, {{0, 0, 0}}, elements_table[i].parts, elements_table[i].every};
     e->slaves[i] = slave;
     if (!fine(e, i, "fmi2Instantiate", slave.component ? fmi2OK : fmi2Error))
         return 0;

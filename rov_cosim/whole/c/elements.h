@@ -55,6 +55,7 @@ typedef struct {
     const char *name, *guid;
     const char *library, *folder; /* name of the binary, and of the folder as in a URL; of an element that is loaded */
     size_t outputs[4], inputs[4]; /* how many of each type: all outputs, the connected inputs */
+    size_t parts, every;          /* as in loop.h */
 } Element;
 
 extern const Element elements_table[];
