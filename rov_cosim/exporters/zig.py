@@ -171,8 +171,10 @@ def _temporary_cache() -> Path:
 
 
 def _command(target: str, output: str, options: Iterable[str], code: Iterable[str]) -> list[str]:
-    libraries = [] if "windows" in target or "-c" in options else ["-lm"]
-    whole = ["-flto"] if "linux" in target else []  # zig has no linker that can for macOS, nor libraries for Windows
+    is_object = "-c" in options
+    libraries = [] if "windows" in target or is_object else ["-lm"]
+    # zig has no linker that can for macOS, nor libraries for Windows; an object would be compiled anew in each link.
+    whole = ["-flto"] if "linux" in target and not is_object else []
     return ["cc", "-target", target, *FLAGS, *whole, *options, "-o", output, *code, *libraries]
 
 

@@ -94,7 +94,15 @@ def objects(
     """
     folder, made = project_root() / "build" / "objects", {}
     for name, unit in units.items():
-        made_of = sha256(b"\0".join([zig.recipe().encode(), *(part for file in unit.items() for part in _bytes(file))]))
+        made_of = sha256(
+            b"\0".join(
+                [
+                    zig.recipe().encode(),
+                    repr(zig.OBJECT).encode(),
+                    *(part for file in unit.items() for part in _bytes(file)),
+                ]
+            )
+        )
         kept = folder / f"{name}-{target}-{made_of.hexdigest()[:16]}.o"
         if not kept.is_file():
             progress(f"compiling {name} to be linked, for {target}")
