@@ -414,6 +414,25 @@ def test_values_in_another_unit_are_converted(plain_gain, tmp_path):
         assert wiring.value("a.gain") == pytest.approx(pi / 2, rel=1e-15)
 
 
+def test_a_variable_has_the_unit_of_its_type(plain_gain, tmp_path):
+    fmu = with_units(plain_gain, tmp_path / "typed.fmu", {}, {"K": {"K": "1"}})
+    content = archive.read(fmu)
+    root = etree.fromstring(content["modelDescription.xml"])
+    types = etree.Element("TypeDefinitions")
+    etree.SubElement(etree.SubElement(types, "SimpleType", name="Temperature"), "Real", unit="K")
+    root.find("UnitDefinitions").addnext(types)
+    for variable in root.iter("ScalarVariable"):
+        if variable.get("name") in ("gain", "y", "u"):
+            variable[0].set("declaredType", "Temperature")
+    archive.write(fmu, {**content, "modelDescription.xml": etree.tostring(root)})
+    fmus = {"typed": fmu, "metre": with_units(plain_gain, tmp_path / "m.fmu", {"u": "m"}, {"m": {"m": "1"}})}
+    values = bindings(binding(parameter_set(CELSIUS, gain=("Real", 30, "degC"))))
+    with opened(written(tmp_path / "typed.ssp", ssd(elements(component("a", "typed", values))), fmus)) as wiring:
+        assert wiring.value("a.gain") == 303.15
+    content = elements(component("a", "typed"), component("b", "metre")) + connections(("a.y", "b.u"))
+    assert "unit K does not match m" in problems(written(tmp_path / "wrong.ssp", ssd(content), fmus))[0]
+
+
 def test_without_a_stop_time_a_run_needs_one(plain_gain, tmp_path):
     path = written(tmp_path / "endless.ssp", ssd(elements(component("a", "gain")), ""), {"gain": plain_gain})
     with opened(path) as wiring:

@@ -57,6 +57,10 @@ def test_a_unit_is_what_its_definition_says(tmp_path):
     assert problems(written(tmp_path, content)) == [
         "Parameter rov_plant.r_G.z: the unit metre is not defined; 1.5 is taken as it is."
     ]
+    twice = written(tmp_path, content + parameter("r_G.x", 2, unit="metre"))
+    assert problems(twice) == [
+        "Parameter rov_plant.r_G.z: the unit metre is not defined; 1.5 is taken as it is. Likewise 1 more."
+    ]
 
 
 def test_all_problems_are_told_at_once(tmp_path):

@@ -52,6 +52,10 @@ def described(fmu: Path, name: str = "", warn: Callable[[str], None] = lambda me
         raise
     except Exception as error:  # FMPy raises plain exceptions of many types
         raise FmuError(f"{name} is not a readable FMU: {_line(str(error))}") from None
+    for variable in description.modelVariables:
+        # A variable has the unit of its type unless it has one of its own, which FMPy leaves to its callers.
+        if variable.unit is None and variable.declaredType is not None:
+            variable.unit = variable.declaredType.unit
     if faults:
         more = f" And {len(faults) - MOST_NAMED} more." if len(faults) > MOST_NAMED else ""
         warn(f"{name} is not quite as FMI wants it: {' '.join(map(_line, faults[:MOST_NAMED]))}{more}")

@@ -149,6 +149,7 @@ def checked_values(
     `warn` is told of units that cannot be converted because nobody defines them.
     """
     values: dict[str, Value] = {}
+    undefined: list[str] = []
     variables = {variable.name: variable for variable in description.modelVariables}
     units = units_of(description)
     for one in bound:
@@ -164,7 +165,10 @@ def checked_values(
             except ValueError as error:
                 problems.append(f"{where}: {error}.")
             if unit := one.undefined(variable, units):
-                warn(f"{where}: the unit {unit} is not defined; {one.literal} is taken as it is.")
+                undefined.append(f"{where}: the unit {unit} is not defined; {one.literal} is taken as it is.")
+    if undefined:
+        more = f" Likewise {len(undefined) - 1} more." if len(undefined) > 1 else ""
+        warn(undefined[0] + more)
     return values
 
 
