@@ -81,7 +81,7 @@ def costs_of(archive: Path, steps: int) -> dict[str, Cost | None]:
 
 @contextmanager
 def as_one_fmu(wiring: Wiring, archive: Path) -> Iterator[dict[str, Wiring | None]]:
-    """Yield a system as one FMU, this project's and that of another tool, for a master; None if that is not installed."""
+    """Yield a system as one FMU, ours and that of another tool, for a master; None if that is not installed."""
     with TemporaryDirectory() as folder:
         made = None
         if IMPORTERS["toolbox"].version():
