@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from .ssp.declaration import System, wire
     from .ssp.reader import opened as read_ssp
     from .ssp.wiring import Wiring, WiringError
-    from .ssp.writer import write as write_ssp
     from .study.changes import Changes
     from .study.runs import Run, opened, run
     from .study.scores import Score, score
     from .study.settings import Settings
     from .systems.catalogue import SYSTEMS
+    from .whole.writer import write as write_ssp
 
 __version__ = _version("rov-cosim")
 
@@ -43,7 +43,7 @@ _HOMES = {
     "simulate": "master.simulation",
     "simulate_apart": "master.apart",
     "wire": "ssp.declaration",
-    "write_ssp": "ssp.writer:write",
+    "write_ssp": "whole.writer:write",
 }
 __all__ = [
     "SYSTEMS",

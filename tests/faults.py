@@ -1,7 +1,7 @@
 """What the FMUs make of misuse. Each fault gets a process of its own, as some end it:
 
 python faults.py FMU FAULT    commits it; prints what the call answers, then what is wrong with the FMU afterwards
-python faults.py --table      commits all on both exports and writes rov_cosim/exporters/FAULTS.md
+python faults.py --table      commits all on both exports and on a system, and writes rov_cosim/exporters/FAULTS.md
 """
 
 import argparse
@@ -143,6 +143,8 @@ class Fault:
     resets: bool = False  # whether the fault itself sets values that stay bad
     folder: str = "fmu"
     python: str = ""  # what the page tells of the pythonfmu export in place of an answer
+    system: str = ""  # a part of the message of a system, where it is another
+    fails: bool = False  # whether a system has failed by it, for some elements took the step
 
 
 call, put, get = (partial(methodcaller, name) for name in ("call", "put", "get"))
@@ -165,7 +167,7 @@ FAULTS = [
     Fault("parameters of an impossible mass matrix", EXIT, "mass matrix", INIT, given=LIGHT),
     Fault("too few thrusters enabled", EXIT, "enable more thrusters", INIT, "adaptive_pd", given=FEW),
     Fault("too few thrusters enabled during the run", lose_thrusters, "enable more thrusters", component="adaptive_pd",
-          resets=True),
+          resets=True, fails=True),
     Fault("parameters made impossible after the outputs were read", spoil_after_reading, "mass matrix", INIT,
           resets=True),
     Fault("direction not of unit length", EXIT, "unit length", INIT, given=(("thruster[1].d.x", 0.1),)),
@@ -178,11 +180,12 @@ FAULTS = [
     Fault("Real set as Integer", put({"u[1]": 1}, "Integer"), "u[1] (value reference"),
     Fault("Real read as String", get("u[1]", "String"), "u[1] (value reference"),
     Fault("second derivative of an input", call("SetRealInputDerivatives", FIRST, 1, byref(c_int(2)), PAIR),
-          "of order 2", python="-"),
+          "of order 2", python="-", system="no derivatives"),
     Fault("derivative of an input set to NaN",
-          call("SetRealInputDerivatives", FIRST, 1, byref(c_int(1)), byref(c_double(nan))), "u[1] is nan", python="-"),
+          call("SetRealInputDerivatives", FIRST, 1, byref(c_int(1)), byref(c_double(nan))), "u[1] is nan", python="-",
+          system="no derivatives"),
     Fault("directional derivative of an input", call("GetDirectionalDerivative", FIRST, 1, FIRST, 1, PAIR, PAIR),
-          "u[1] is no output", python="-"),
+          "is no output", python="-"),
     Fault("step of 0 s", step(0.0), "step size is 0"),
     Fault("step of -0.03 s", step(-0.03), "step size is -0.03"),
     Fault("step of NaN", step(nan), "step size is nan"),
@@ -193,7 +196,7 @@ FAULTS = [
     Fault("communication point of 7 s instead of 0 s", step(at=7.0), "communication point 0"),
     Fault("communication point of NaN", step(at=nan), "communication point 0"),
     Fault("communication point off by rounding", off_by_rounding, ACCEPTED),
-    Fault("vehicle pushed until it pitches over", diverge, "eta.theta", given=FREE),
+    Fault("vehicle pushed until it pitches over", diverge, "eta.theta", given=FREE, fails=True),
     Fault("step past the stop time", past_stop_time, "at most the stop time 0.03 s", BEGIN),
     Fault("step before the initialization", step(), "only while running", BEGIN),
     Fault("step during the initialization", step(), "only while running", INIT),
@@ -262,10 +265,39 @@ FAULTS = [
 # fmt: on
 
 
+SYSTEM = "station_keeping"
+ELEMENTS = {"adaptive_pd": "controller"}
+INPUTS = {"u[1]": "rov_plant.current.x", "u[2]": "rov_plant.current.y"}  # those of a vehicle have sources in a system
+
+
+def expected(fault: Fault, fmu: str) -> str:
+    """Return a part of the message that an FMU answers to a fault."""
+    if fmu != SYSTEM:
+        return fault.expected
+    text = fault.system or fault.expected
+    for name, input_ in INPUTS.items():
+        text = text.replace(name, input_)
+    return text
+
+
+def names_in_system(one: Bench, component: str) -> dict[str, str]:
+    """Return the variables of a system by their names in a component, as the faults have them."""
+    element = ELEMENTS.get(component, component)
+    own = {name.removeprefix(f"{element}."): name for name in one.references if name.startswith(f"{element}.")}
+    return own | INPUTS
+
+
+def has_failed(one: Bench) -> bool:
+    """Tell whether a system lives on after a reset alone."""
+    return one.step() == "error" and "the component is stopped by a failure" in " ".join(one.messages)
+
+
 def commit(fmu: Path, fault: Fault) -> None:
     """Print a line of JSON with the answer of the call, and one with what is wrong afterwards, if anything is."""
     with TemporaryDirectory() as folder:
         one = Bench(fmu, Path(folder) / fault.folder)
+        if fmu.stem == SYSTEM:
+            one.alias(names_in_system(one, fault.component))
         for name, value in fault.given:
             assert one.put({name: value}) == "ok"
         one.lead(BEGIN, fault.stage)
@@ -276,7 +308,8 @@ def commit(fmu: Path, fault: Fault) -> None:
         )
         print(json.dumps({"status": status, "text": text}), flush=True)
         try:
-            assert status == "ok" or one.save() == one.before, "the state is another"
+            fails = fault.fails and fmu.stem == SYSTEM
+            assert status == "ok" or one.save() == one.before or (fails and has_failed(one)), "the state is another"
             if not (fault.given or fault.resets):
                 one.check(step=False)
                 if fault.stage != END:
@@ -310,21 +343,26 @@ def answer(fmu: Path, fault: Fault) -> str:
 
 
 def answers(fmus: dict[str, Path], export: str) -> dict[str, str]:
-    """Return what came of each fault, by its name."""
+    """Return what came of each fault, by its name; the export may be "system", of which there is one."""
     with ThreadPoolExecutor(2) as pool:
         known = {fault.name: fault.python for fault in FAULTS if fault.python and export == "pythonfmu"}
-        jobs = {f.name: pool.submit(answer, fmus[f.component], f) for f in FAULTS if f.name not in known}
+        jobs = {
+            f.name: pool.submit(answer, fmus[SYSTEM if export == "system" else f.component], f)
+            for f in FAULTS
+            if f.name not in known
+        }
         return known | {name: job.result() for name, job in jobs.items()}
 
 
-def page(native: dict[str, str], python: dict[str, str]) -> str:
-    """Return the page for the answers of both exports."""
+def page(native: dict[str, str], python: dict[str, str], system: dict[str, str]) -> str:
+    """Return the page for the answers of both exports and of a system."""
     text = INTRODUCTION
     for title, harmless in (("Must be refused", False), ("Must be accepted", True)):
-        text += f"\n## {title}\n\n| fault | native | pythonfmu |\n|---|---|---|\n"
+        text += f"\n## {title}\n\n| fault | native | pythonfmu | system |\n|---|---|---|---|\n"
         for fault in FAULTS:
             if (fault.expected == ACCEPTED) == harmless:
-                text += f"| {fault.name} | {native[fault.name]} | {python[fault.name]} |\n".replace("*", r"\*")
+                cells = (fault.name, *(answers[fault.name] for answers in (native, python, system)))
+                text += f"| {' | '.join(cells)} |\n".replace("*", r"\*")
     return text
 
 
@@ -334,17 +372,22 @@ INTRODUCTION = """\
 Every fault is committed by raw calls of FMI in a process of its own. Afterwards the FMU must be as before, take a good
 step, and run again after a reset; what went wrong then follows *afterwards*. A status (*error*, *discard*, *fatal*;
 *NULL* from fmi2Instantiate) stands with the message logged; *accepted* is success without a complaint, *crash* the end
-of the process by a signal, *hang* no answer in 10 s, *-* what an export does not have.
+of the process by a signal, *hang* no answer in 10 s, *-* what an export does not have. The system is
+`station_keeping.fmu`, of native components; there inputs stand for others that are connected.
 `python tests/faults.py --table` writes this page.
 """
 
 
 def write_page() -> None:
     """Commit all faults on current FMUs and write the page."""
-    from rov_cosim.exporters.build import EXPORTS, build_fmus
+    from rov_cosim.exporters.build import EXPORTS, build_fmus, fmu_path
+    from rov_cosim.study import archives
+    from rov_cosim.systems.catalogue import SYSTEMS
 
     fmus = {export: {path.stem: path for path in build_fmus(ROOT, export)} for export in EXPORTS}
-    PAGE.write_text(page(*(answers(fmus[export], export) for export in EXPORTS)), encoding="utf-8")
+    archives.build(SYSTEMS[SYSTEM])
+    fmus["system"] = {SYSTEM: fmu_path(ROOT, SYSTEM)}
+    PAGE.write_text(page(*(answers(those, export) for export, those in fmus.items())), encoding="utf-8")
 
 
 if __name__ == "__main__":

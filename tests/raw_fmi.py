@@ -39,6 +39,11 @@ class Bench:
         self.component, self.time, self.before = self.instance(), 0.0, b""
         assert self.component, f"fmi2Instantiate: NULL {' '.join(self.messages)}"
 
+    def alias(self, names):
+        """Let variables be called by other names besides."""
+        for other, name in names.items():
+            self.references[other], self.types[other] = self.references[name], self.types[name]
+
     def instance(self, **other):
         self.messages.clear()
         arguments = {"name": b"tested", "type": 1, "guid": self.guid, "resources": self.resources}

@@ -6,14 +6,15 @@ import sys
 import pytest
 
 import faults
+from rov_cosim.exporters.build import fmu_path, project_root
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="faults.py loads the linux64 binary")
 
 
 def recorded():
     """Return the cells of the page by fault and export."""
-    rows = re.findall(r"^\| (.+?) \| (.*) \| (.*) \|$", faults.PAGE.read_text(encoding="utf-8"), re.M)
-    return {fault: {"native": native, "pythonfmu": python} for fault, native, python in rows}
+    rows = re.findall(r"^\| (.+?) \| (.*) \| (.*) \| (.*) \|$", faults.PAGE.read_text(encoding="utf-8"), re.M)
+    return {fault: {"native": native, "pythonfmu": python, "system": system} for fault, native, python, system in rows}
 
 
 def answered(answers):
@@ -31,17 +32,40 @@ def native(fmus):
     return faults.answers(fmus, "native")
 
 
-@pytest.mark.parametrize("fault", faults.FAULTS, ids=lambda fault: fault.name)
-def test_the_native_export_answers_and_lives_on(native, fault):
-    answer = native[fault.name]
+def assert_answered(answer, expected):
     if answer.startswith("skipped"):
         pytest.skip(answer)
-    if fault.expected == faults.ACCEPTED:
+    if expected == faults.ACCEPTED:
         assert answer == faults.ACCEPTED
     else:
         assert re.fullmatch(r"(error|discard|NULL)(: .+)?", answer)
         assert "afterwards" not in answer
-        assert fault.expected in answer
+        assert expected in answer
+
+
+@pytest.mark.parametrize("fault", faults.FAULTS, ids=lambda fault: fault.name)
+def test_the_native_export_answers_and_lives_on(native, fault):
+    assert_answered(native[fault.name], fault.expected)
+
+
+OWN = [fault for fault in faults.FAULTS if fault.system or fault.fails or "flipped" in fault.name]
+"""Those that a system answers otherwise, and one that takes the states of all elements."""
+
+
+@pytest.mark.parametrize("fault", OWN, ids=lambda fault: fault.name)
+def test_a_system_answers_what_is_its_own(archives, fault):
+    answer = faults.answer(fmu_path(project_root(), faults.SYSTEM), fault)
+    assert_answered(answer, faults.expected(fault, faults.SYSTEM))
+
+
+@pytest.mark.slow
+def test_a_system_answers_all_as_the_page_tells(archives):
+    answers = answered(faults.answers({faults.SYSTEM: fmu_path(project_root(), faults.SYSTEM)}, "system"))
+    for fault in faults.FAULTS:
+        if fault.name in answers:
+            assert_answered(answers[fault.name].replace(r"\*", "*"), faults.expected(fault, faults.SYSTEM))
+    page = recorded()
+    assert {name: page[name]["system"] for name in answers} == answers
 
 
 def test_the_page_is_current(native):

@@ -11,6 +11,9 @@ import pytest
 
 from rov_cosim.exporters.build import components
 from rov_cosim.exporters.native_export import sources
+from rov_cosim.ssp.declaration import wire
+from rov_cosim.systems.catalogue import SYSTEMS
+from rov_cosim.whole import face
 
 COMPONENTS = components()
 SANITIZERS = "-fsanitize=fuzzer,address,undefined,float-cast-overflow"
@@ -22,9 +25,9 @@ FIRST_CASES = 200
 TRIVIAL = "int LLVMFuzzerTestOneInput(const char *data, unsigned long size) { return !data && size; }"
 
 
-def compiled(folder: Path) -> Path:
+def compiled(folder: Path, *options: str) -> Path:
     program = folder / "fuzz"
-    command = [*COMPILE, *sorted(folder.glob("*.c")), "-lm", "-o", program]
+    command = [*COMPILE, *options, *sorted(folder.glob("*.c")), "-lm", "-o", program]
     subprocess.run(command, capture_output=True, text=True, check=True)
     return program
 
@@ -60,11 +63,26 @@ def leaks(tmp_path_factory) -> str:
 def test_calls_in_any_order_keep_the_instance_whole(name, leaks, tmp_path):
     for file, content in sources(COMPONENTS[name]).items():
         (tmp_path / file).write_bytes(content)
+    keeps_whole(tmp_path, leaks)
+
+
+@pytest.mark.slow
+def test_calls_in_any_order_keep_a_system_whole(fmus, leaks, tmp_path):
+    wiring = wire(SYSTEMS["station_keeping"], fmus)
+    for name, content in face.entries(wiring, {}).items():
+        if name.startswith("sources/"):
+            path = tmp_path / name.removeprefix("sources/")
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(content)
+    keeps_whole(tmp_path, leaks, "-DSYSTEM", f"-I{tmp_path / 'system'}")
+
+
+def keeps_whole(tmp_path, leaks, *options):
     shutil.copy(Path(__file__).with_name("fuzz.c"), tmp_path)
     cases, random = tmp_path / "cases", Random(1)
     cases.mkdir()
     for i in range(FIRST_CASES):  # random mutations alone take long to grow into long sequences
         (cases / str(i)).write_bytes(random.randbytes(LONGEST // 2))
-    done = fuzz(compiled(tmp_path), f"-runs={RUNS}", leaks, cases)
+    done = fuzz(compiled(tmp_path, *options), f"-runs={RUNS}", leaks, cases)
     assert done.returncode == 0, done.stderr[-6000:]
     assert re.search(rf"Done {RUNS} runs", done.stderr), done.stderr[-600:]

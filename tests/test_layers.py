@@ -13,6 +13,7 @@ LAYERS = [
     "handover",
     "study",
     "systems",
+    "whole",
     "master",
     "ssp",
     "exporters",

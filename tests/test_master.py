@@ -14,10 +14,10 @@ from rov_cosim.master.exchange import gauss_seidel, jacobi
 from rov_cosim.master.interrupts import deferred
 from rov_cosim.master.simulation import SimulationError, simulate
 from rov_cosim.ssp import reader as ssp_reader
-from rov_cosim.ssp import writer as ssp_writer
 from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.wiring import End, Link, Wiring
 from rov_cosim.systems.catalogue import SYSTEMS
+from rov_cosim.whole import writer as ssp_writer
 
 
 def chain(plain_gain, tmp_path, n=3, **parameters):

@@ -16,9 +16,9 @@ from rov_cosim.exporters import archive
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp import swap_map
-from rov_cosim.ssp import writer as ssp_writer
 from rov_cosim.ssp.swapping import with_swaps
 from rov_cosim.ssp.wiring import Element, End, Link, Wiring, WiringError
+from rov_cosim.whole import writer as ssp_writer
 from structure import (
     EXPERIMENT,
     binding,

@@ -15,7 +15,6 @@ from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.ssp import reader
 from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.swap_map import SwapMap
-from rov_cosim.ssp.writer import write
 from rov_cosim.study.changes import Changes
 from rov_cosim.study.csv_table import write_csv
 from rov_cosim.study.nominal import DoesNotApplyError
@@ -24,6 +23,7 @@ from rov_cosim.study.screen import counted
 from rov_cosim.study.settings import Settings
 from rov_cosim.study.troubles import TROUBLES
 from rov_cosim.systems.catalogue import SYSTEMS
+from rov_cosim.whole.writer import write
 from typed import call, ok
 
 PAPER = SYSTEMS["station_keeping"]
@@ -121,16 +121,6 @@ def test_each_trouble_of_a_system_becomes_an_archive(fmus, name, tmp_path):
             assert [e.start_values for e in read.elements] == [dict(e.start_values) for e in changed.elements]
     assert {"delay_5", "thruster_lost", "wrong_mass"} <= written
     assert ("current" in written) == (name == "bluerov2")
-
-
-def test_an_archive_with_factors_is_told_to_be_for_ssp_alone(fmus, tmp_path):
-    told = []
-    factor = System("f", "", {"a": "adaptive_pd", "b": "pid"}, (("a.e", "b.eta_d", {"y": -1.0}),), 0.3)
-    assert write(wire(factor, fmus), tmp_path / "f.ssp", warn=told.append)
-    assert told == [
-        "1 connections have a factor, for example a.e.y -> b.eta_d.y: the archive has SSP content alone, "
-        "which `fmpy simulate` cannot run."
-    ]
 
 
 @pytest.mark.parametrize(

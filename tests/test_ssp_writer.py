@@ -7,20 +7,17 @@ from importlib.resources import files
 from importlib.util import find_spec
 
 import pytest
-from fmpy.model_description import Unknown
 from fmpy.ssp.ssd import read_ssd, read_ssv
 from fmpy.validation import validate_fmu
 from lxml import etree
 
 from rov_cosim.errors import UserError
 from rov_cosim.exporters import archive
-from rov_cosim.ssp import container
 from rov_cosim.ssp import reader as ssp_reader
-from rov_cosim.ssp import writer as ssp_writer
 from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.strict_xml import NAMESPACES
-from rov_cosim.ssp.wiring import WiringError
 from rov_cosim.systems.catalogue import SYSTEMS
+from rov_cosim.whole import writer as ssp_writer
 
 NAMES = list(SYSTEMS)
 
@@ -72,14 +69,6 @@ def test_what_is_written_is_read_back(archives, fmus, name):
         )
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_the_stop_time_suits_the_interval_at_which_fmpy_records(name):
-    interval = SYSTEMS[name].step_size
-    while SYSTEMS[name].stop_time / interval > 1000:  # as fmpy.simulate_fmu chooses it
-        interval *= 2
-    assert SYSTEMS[name].stop_time / interval == pytest.approx(round(SYSTEMS[name].stop_time / interval))
-
-
 def test_archives_are_reproducible_and_plain_ones_hold_ssp_content_alone(archives, fmus, tmp_path):
     wiring = wire(SYSTEMS["station_keeping"], fmus)
     again, plain = tmp_path / "station_keeping.ssp", tmp_path / "plain.ssp"
@@ -87,17 +76,6 @@ def test_archives_are_reproducible_and_plain_ones_hold_ssp_content_alone(archive
     assert again.read_bytes() == archives["station_keeping"].read_bytes()
     assert ssp_writer.write(wiring, plain, plain=True)
     assert all(name == "SystemStructure.ssd" or name.startswith("resources/") for name in archive.read(plain))
-    assert not any("container" in name for name in archive.read(plain))
-
-
-def test_the_container_reads_each_initial_value_after_what_it_follows_from(fmus):
-    wiring = wire(SYSTEMS["station_keeping"], fmus)
-    order = [f"{link.source.element}>{link.target.element}" for link in container.sources_first(wiring)]
-    assert sorted(order) == sorted(f"{link.source.element}>{link.target.element}" for link in wiring.links)
-    first = {pair: order.index(pair) for pair in order}
-    last = {pair: len(order) - 1 - order[::-1].index(pair) for pair in order}
-    assert last["rov_plant>passive_arm"] < first["passive_arm>controller"]
-    assert last["passive_arm>controller"] < first["controller>rov_plant"]
 
 
 @pytest.mark.parametrize("name", ["station_keeping", "bluerov2_heavy_pid"])
@@ -110,15 +88,6 @@ def test_another_checker_finds_nothing_in_an_archive_as_an_fmu(archives, tmp_pat
     done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "ERROR" not in done.stdout + done.stderr
-
-
-def test_a_loop_of_initial_values_is_told(plain_gain):
-    loop = System("loop", "", {"a": "g", "b": "g"}, (("a.y", "b.u"), ("b.y", "a.u")), 1.0)
-    wiring = wire(loop, {"g": plain_gain})
-    for element in wiring.elements:  # pythonfmu declares none; one without dependencies follows every input
-        element.description.initialUnknowns = [Unknown(variable=element.variables["y"])]
-    with pytest.raises(WiringError, match=r"depend on each other in a loop: .*a\.y"):
-        container.sources_first(wiring)
 
 
 def described_otherwise(fmu, path, *pairs):

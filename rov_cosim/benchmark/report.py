@@ -112,7 +112,7 @@ def _other_loops(wiring: Wiring, python: Wiring, archive: Path) -> Iterator[Ways
             return costs.in_loop(one, stack.enter_context(unpacked(one)), steps)
 
         ways: Ways = {_of("pythonfmu"): in_this(python, STEPS["pythonfmu"])}
-        for name, one in stack.enter_context(tools.containers(wiring, archive)).items():
+        for name, one in stack.enter_context(tools.as_one_fmu(wiring, archive)).items():
             ways[f"{name} in this master"] = in_this(one, STEPS["native"]) if one else None
         yield ways | tools.costs_of(archive, STEPS["native"])
 

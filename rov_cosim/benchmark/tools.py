@@ -80,14 +80,14 @@ def costs_of(archive: Path, steps: int) -> dict[str, Cost | None]:
 
 
 @contextmanager
-def containers(wiring: Wiring, archive: Path) -> Iterator[dict[str, Wiring | None]]:
-    """Yield a system as one FMU, as other tools make it, for a master; None where a tool is not installed."""
+def as_one_fmu(wiring: Wiring, archive: Path) -> Iterator[dict[str, Wiring | None]]:
+    """Yield a system as one FMU, ours and that of another tool, for a master; None if that is not installed."""
     with TemporaryDirectory() as folder:
         made = None
         if IMPORTERS["toolbox"].version():
             loop = Loop(archive, wiring, simulate(wiring, stop_time=wiring.start_time + wiring.step_size))
             made = alone(programs.container(loop, Path(folder)), wiring)
-        yield {"FMPy's container": alone(archive, wiring), "fmucontainer": made}
+        yield {"the system's FMU": alone(archive, wiring), "fmucontainer": made}
 
 
 def alone(fmu: Path, wiring: Wiring) -> Wiring:

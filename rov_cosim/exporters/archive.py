@@ -84,6 +84,12 @@ def read(path: Path) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist() if not name.endswith("/")}
 
 
+def names(path: Path) -> list[str]:
+    """Return the names of all entries of an archive."""
+    with ZipFile(path) as archive:
+        return archive.namelist()
+
+
 def present(path: Path) -> dict[str, bytes]:
     """Return what `read` does, or nothing if there is no sound archive.
 

@@ -38,6 +38,12 @@ enum {{
     SEED = {seed} /* the parameter that selects the draws; without draws any, and not to be read */
 }};
 
+{limits()}"""
+
+
+def limits() -> str:
+    """Return the limits of time as C macros."""
+    return f"""\
 /* As in the Python sources, which tell what they are. */
 #define TIME_TOLERANCE {TIME_TOLERANCE!r}
 #define MOST_INTERNAL_STEPS {float(MOST_INTERNAL_STEPS)!r}
@@ -54,27 +60,27 @@ def source(component: Component, guid: str) -> str:
 
 #include "interface.h"
 
-const char guid[] = {_text(guid)};
+const char guid[] = {text(guid)};
 const unsigned char fingerprint[16] = {{{", ".join(map(str, _fingerprint(component)))}}};
 
 const Variable variables[N_VARIABLES] = {{
-{_lines(_variables(component))}
+{lines(_variables(component))}
 }};
 
 const char *const states[N_X] = {{
-{_lines(map(_text, component.x.names))}
+{lines(map(text, component.x.names))}
 }};
 
 const char *const requirements[] = {{
-{_lines([_text(requirement.message) for requirement in component.requirements] + ["0"])}
+{lines([text(requirement.message) for requirement in component.requirements] + ["0"])}
 }};
 
 const Notice notices[] = {{
-{_lines([*_notices(component), "{0, 0.0, 0}"])}
+{lines([*_notices(component), "{0, 0.0, 0}"])}
 }};
 
 const char *const log_categories[] = {{
-{_lines([_text(name) for name in LOG_CATEGORIES] + ["0"])}
+{lines([text(name) for name in LOG_CATEGORIES] + ["0"])}
 }};
 """
 
@@ -85,13 +91,13 @@ def _variables(component: Component) -> Iterable[str]:
             fixed = int(is_parameter and not signal.tunable)
             columns = (signal.elements(values) for values in (signal.start, signal.minimum, signal.maximum))
             for name, *numbers in zip(signal.names, *columns, strict=True):
-                values = ", ".join(_number(value) for value in numbers)
-                yield f"{{{_text(name)}, {signal.type.upper()}, {fixed}, {values}}}"
+                values = ", ".join(number(value) for value in numbers)
+                yield f"{{{text(name)}, {signal.type.upper()}, {fixed}, {values}}}"
 
 
 def _notices(component: Component) -> list[str]:
     names = component.y.names
-    return [f"{{{names.index(n.key)}, {_number(n.value)}, {_text(n.message)}}}" for n in component.notices]
+    return [f"{{{names.index(n.key)}, {number(n.value)}, {text(n.message)}}}" for n in component.notices]
 
 
 def _fingerprint(component: Component) -> bytes:
@@ -106,15 +112,18 @@ def _fingerprint(component: Component) -> bytes:
     return sha256("\n".join(names).encode()).digest()[:16]
 
 
-def _number(value: float) -> str:
+def number(value: float) -> str:
+    """Return a number as C reads it, to the last bit."""
     if np.isinf(value):
         return "DBL_MAX" if value > 0 else "-DBL_MAX"
     return repr(float(value))
 
 
-def _text(text: str) -> str:
-    return json.dumps(text)
+def text(words: str) -> str:
+    """Return a string literal of C."""
+    return json.dumps(words, ensure_ascii=False)
 
 
-def _lines(items: Iterable[str]) -> str:
+def lines(items: Iterable[str]) -> str:
+    """Return items of a table, a line each."""
     return "\n".join(f"    {item}," for item in items)

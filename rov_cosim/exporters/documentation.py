@@ -46,7 +46,12 @@ math[display="block"] {{ margin: .8em 0; }}
 
 def entries(component: Component, packages: Iterable[str]) -> dict[str, bytes]:
     """Return documentation and icon of a component's FMU, and the licences of the packages in it, by name."""
-    content = {"documentation/index.html": page(component).encode(), "model.png": icon(component.symbol)}
+    return around(page(component), component.symbol, packages)
+
+
+def around(page: str, symbol: str, packages: Iterable[str]) -> dict[str, bytes]:
+    """Return a page, an icon that bears a symbol, and the licences of packages, by their names in an FMU."""
+    content = {"documentation/index.html": page.encode(), "model.png": icon(symbol)}
     for package in packages:
         for file in distribution(package).files or ():
             if file.name == "LICENSE":

@@ -37,6 +37,9 @@ LOG_CATEGORIES = {
     "logStatusError": "A call that failed, and why",
 }
 
+GENERATED = "{:04d}-{:02d}-{:02d}T00:00:00Z".format(*RELEASED)
+"""When every FMU was made, by its own word."""
+
 _DEGREE = DisplayUnit(name="deg", factor=180 / np.pi)
 _DEGREE_PER_SECOND = DisplayUnit(name="deg/s", factor=180 / np.pi)
 UNITS = {
@@ -101,7 +104,7 @@ def describe(component: Component, **capabilities: bool) -> ModelDescription:
         license="MIT",
         copyright="Copyright (c) 2026 the rov-cosim authors",
         generationTool=GENERATION_TOOL,
-        generationDateAndTime="{:04d}-{:02d}-{:02d}T00:00:00Z".format(*RELEASED),
+        generationDateAndTime=GENERATED,
         variableNamingConvention="structured",
         logCategories=[Category(name, text) for name, text in LOG_CATEGORIES.items()],
         defaultExperiment=DefaultExperiment(startTime=0.0, stopTime=STOP_TIME, stepSize=SAMPLE_TIME),
@@ -118,6 +121,11 @@ def describe(component: Component, **capabilities: bool) -> ModelDescription:
         outputs=outputs,
         initialUnknowns=initial_unknowns,
     )
+    return identified(description)
+
+
+def identified(description: ModelDescription) -> ModelDescription:
+    """Return the description with a GUID that is a hash of all the rest."""
     description.guid = ""
     description.guid = f"{{{UUID(bytes=sha256(to_xml(description)).digest()[:16])}}}"
     return description

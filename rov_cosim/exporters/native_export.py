@@ -10,7 +10,7 @@ from fmpy.model_description import ModelDescription
 from ..components.interface import Component, Continuous, Sampled
 from . import archive, c_tables, documentation, model_description, tracing, zig
 
-_CHECKSUMS = "sources/binaries.sha256"
+CHECKSUMS = "sources/binaries.sha256"
 _SAMPLED_ONLY = {"sampled.c", "noise.c", "noise.h"}
 _CONTINUOUS_ONLY = {"continuous.c"}
 
@@ -35,35 +35,36 @@ def export(
     progress(f"tracing {component.name}")
     code = sources(component)
     content = _entries(component, code)
-    kept = _kept_binaries(path, content, component)
+    kept = kept_binaries(archive.present(path), content, component.name)
     wanted = set(platforms) or {zig.host_platform()}
     new = {}
     for platform in zig.TARGETS:
-        place = _place(component, platform)
+        place = binary_place(component.name, platform)
         if platform in wanted and place not in kept:
             progress(f"compiling {component.name} for {platform}")
             new[place] = zig.shared_library(component.name, code, platform)
     if not new:
         return False
     binaries = kept | new
-    return archive.write(path, {**content, **binaries, _CHECKSUMS: _checksums(binaries)})
+    return archive.write(path, {**content, **binaries, CHECKSUMS: checksums(binaries)})
 
 
 def sources(component: Component) -> dict[str, bytes]:
     """Return all that the binary is made of, by file name: generated, hand-written, and the standard's headers."""
     omitted = _CONTINUOUS_ONLY if isinstance(component, Sampled) else _SAMPLED_ONLY
-    hand_written = files(__package__) / "c"
-    code = {
-        file.name: file.read_bytes()
-        for file in hand_written.iterdir()
-        if file.name not in omitted and file.name.endswith((".c", ".h"))
-    }
-    code.update(zig.standard_headers())
+    code = {name: text for name, text in hand_written().items() if name not in omitted}
     guid = description(component).guid
     code["component.h"] = c_tables.header(component).encode()
     code["component.c"] = c_tables.source(component, guid).encode()
     code["model.c"] = tracing.source(component).encode()
     return code
+
+
+def hand_written() -> dict[str, bytes]:
+    """Return the shell of all components by file name, and the standard's headers."""
+    folder = files(__package__) / "c"
+    code = {file.name: file.read_bytes() for file in folder.iterdir() if file.name.endswith((".c", ".h"))}
+    return {**code, **zig.standard_headers()}
 
 
 def description(component: Component) -> ModelDescription:
@@ -82,19 +83,19 @@ def _entries(component: Component, code: Mapping[str, bytes]) -> dict[str, bytes
     return {**content, **documentation.entries(component, ["rov-cosim"])}
 
 
-def _place(component: Component, platform: str) -> str:
-    return f"binaries/{platform}/{component.name}{zig.SUFFIXES[platform]}"
+def binary_place(name: str, platform: str) -> str:
+    """Return where the binary of an FMU for a platform lies in it."""
+    return f"binaries/{platform}/{name}{zig.SUFFIXES[platform]}"
 
 
-def _kept_binaries(path: Path, content: Mapping[str, bytes], component: Component) -> dict[str, bytes]:
-    """Return the binaries of the FMU at `path` if this export made them of just this content, else none."""
-    present = archive.present(path)
-    places = [place for platform in zig.TARGETS if (place := _place(component, platform)) in present]
-    binaries = {place: present.pop(place) for place in places}
-    ours = present.pop(_CHECKSUMS, b"") == _checksums(binaries)
-    return binaries if ours and present == content else {}
+def kept_binaries(present: Mapping[str, bytes], content: Mapping[str, bytes], name: str) -> dict[str, bytes]:
+    """Return the binaries of an FMU `present` if this project made them of just this content, else none."""
+    places = [place for platform in zig.TARGETS if (place := binary_place(name, platform)) in present]
+    binaries = {place: present[place] for place in places}
+    ours = present.get(CHECKSUMS) == checksums(binaries)
+    return binaries if ours and content.items() <= present.items() else {}
 
 
-def _checksums(binaries: Mapping[str, bytes]) -> bytes:
+def checksums(binaries: Mapping[str, bytes]) -> bytes:
     """Return the list that `sha256sum --check` takes: another compiler's binary must not pass for one of ours."""
     return "".join(f"{sha256(data).hexdigest()}  {name}\n" for name, data in sorted(binaries.items())).encode()

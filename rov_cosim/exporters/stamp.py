@@ -2,7 +2,7 @@
 
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, distribution, requires, version
@@ -22,6 +22,13 @@ def inputs(names: Iterable[str]) -> dict[str, str]:
     return {name: _hash("\n".join([*shared, name, *_hashes(_COMPONENTS / name, "**/*")]).encode()) for name in names}
 
 
+def of(content: Mapping[str, bytes], folders: Iterable[Path]) -> str:
+    """Return a hash of what is made of some content by the code in these folders and this one."""
+    code = [line for folder in (_EXPORTERS, *folders) for line in _hashes(folder, "**/*")]
+    made_of = [f"{name} {_hash(data)}" for name, data in sorted(content.items())]
+    return _hash("\n".join([*_environment(), *code, *made_of]).encode())
+
+
 def holds(path: Path, made_of: str, platforms: Iterable[str]) -> bool:
     """Tell whether `path` is the very FMU that was stamped as made of this, and has binaries for the platforms."""
     try:
@@ -35,11 +42,14 @@ def holds(path: Path, made_of: str, platforms: Iterable[str]) -> bool:
     return present.issuperset(platforms)
 
 
-def put(path: Path, made_of: str) -> None:
-    """Stamp the FMU at `path` as made of this, unless that is not certain or there is no place for a stamp."""
+def put(path: Path, made_of: str, folders: Iterable[Path] = (_COMPONENTS,)) -> None:
+    """Stamp the FMU at `path` as made of this, unless that is not certain or there is no place for a stamp.
+
+    `folders` have the code that made it, besides this one.
+    """
     # What was edited or installed after this process loaded it may not be what the FMU was made of.
     installed = [Path(str(distribution(name).locate_file(""))) for name in _packages() if _version(name)]
-    sources = [*_files(_EXPORTERS, "**/*"), *_files(_COMPONENTS, "**/*")]
+    sources = [file for folder in (_EXPORTERS, *folders) for file in _files(folder, "**/*")]
     if all(_changed(place) < loaded.AT for place in {*installed, *sources}):
         with suppress(OSError):
             _beside(path).write_bytes(_stamp(made_of, path.read_bytes()))

@@ -7,11 +7,12 @@ import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 
 import fmpy
@@ -48,12 +49,18 @@ TIME_LIMIT = 1800.0
 _CACHES = {"ZIG_GLOBAL_CACHE_DIR": "", "LOCALAPPDATA": "zig", "XDG_CACHE_HOME": "zig", "HOME": ".cache/zig"}
 
 SHARED = ("-shared", "-fPIC", "-s")
+OBJECT = ("-c", "-fPIC")
 _FAT_MAGIC, _CPU_TYPES = 0xCAFEBABE, {"x86_64": (0x01000007, 3), "aarch64": (0x0100000C, 0)}
 _FAT_ALIGNMENT = 14
 
 
 class BuildError(UserError):
     """FMUs cannot be built; the message tells why and the cure."""
+
+
+def is_installed() -> bool:
+    """Tell whether the compiler is installed."""
+    return find_spec("ziglang") is not None
 
 
 def recipe() -> str:
@@ -65,15 +72,22 @@ def recipe() -> str:
     return "\n".join([*lines, ""])
 
 
-def shared_library(name: str, sources: Mapping[str, bytes], platform: str) -> bytes:
+def shared_library(
+    name: str,
+    sources: Mapping[str, bytes],
+    platform: str,
+    objects: Callable[[str], Mapping[str, bytes]] = lambda target: {},
+) -> bytes:
     """Return the shared library `name` of C sources and headers, by file name, for a platform of `TARGETS`.
+
+    `objects` returns what else goes into it, compiled for a target.
 
     Raises
     ------
     BuildError : the compiler refuses the source, with its words, or does not end.
     """
     output = name + SUFFIXES[platform]
-    slices = {target: compiled(sources, target, output, SHARED) for target in TARGETS[platform]}
+    slices = {target: compiled({**sources, **objects(target)}, target, output, SHARED) for target in TARGETS[platform]}
     return next(iter(slices.values())) if len(slices) == 1 else _universal(slices)
 
 
@@ -102,7 +116,9 @@ def standard_headers() -> dict[str, bytes]:
 
 
 def compiled(sources: Mapping[str, bytes], target: str, output: str, options: Iterable[str] = ()) -> bytes:
-    """Return what the compiler makes of C sources and headers, by file name.
+    """Return what the compiler makes of C sources, headers and objects, by file name.
+
+    What lies in a folder is there to be included.
 
     Raises
     ------
@@ -110,8 +126,9 @@ def compiled(sources: Mapping[str, bytes], target: str, output: str, options: It
     """
     with tempfile.TemporaryDirectory() as folder:
         for name, content in sources.items():
+            (Path(folder) / name).parent.mkdir(exist_ok=True)
             (Path(folder) / name).write_bytes(content)
-        code = sorted(name for name in sources if name.endswith(".c"))
+        code = sorted(name for name in sources if name.endswith((".c", ".o")) and "/" not in name)
         command = [sys.executable, "-m", "ziglang", *_command(target, output, options, code)]
         try:
             done = subprocess.run(
@@ -154,8 +171,10 @@ def _temporary_cache() -> Path:
 
 
 def _command(target: str, output: str, options: Iterable[str], code: Iterable[str]) -> list[str]:
-    libraries = [] if "windows" in target else ["-lm"]
-    whole = ["-flto"] if "linux" in target else []  # zig has no linker that can for macOS, nor libraries for Windows
+    is_object = "-c" in options
+    libraries = [] if "windows" in target or is_object else ["-lm"]
+    # zig has no linker that can for macOS, nor libraries for Windows; an object would be compiled anew in each link.
+    whole = ["-flto"] if "linux" in target and not is_object else []
     return ["cc", "-target", target, *FLAGS, *whole, *options, "-o", output, *code, *libraries]
 
 

@@ -4,15 +4,10 @@ The prefixes ssd:, ssc: and ssv: are literal, every connector has a type, and th
 annotations of Open Simulation Platform and OpenModelica, because readers of SSP depend on each of these.
 """
 
-from collections.abc import Callable
-from pathlib import Path
-
 from fmpy.model_description import ModelVariable, SimpleType, Unit
 from lxml import etree
 
-from ..exporters import archive
 from ..exporters.model_description import literal
-from . import container
 from .checks import problems_of
 from .strict_xml import NAMESPACES
 from .units import BASE_UNITS, defined_units
@@ -22,11 +17,8 @@ from .wiring import Element, Wiring, WiringError, unit_factor
 PARAMETER_SET = "nominal"
 
 
-def write(wiring: Wiring, path: Path, plain: bool = False, warn: Callable[[str], None] = lambda message: None) -> bool:
-    """Write the archive of a system unless it is current; tell whether it was written.
-
-    Unless `plain`, the archive is an FMU too (see `container`), which holds files at its root that SSP reserves. A
-    system with factors on its connections cannot be an FMU, for FMPy's container has none: `warn` is told.
+def entries(wiring: Wiring) -> dict[str, bytes]:
+    """Return the content of the archive of a system, name to bytes.
 
     Raises
     ------
@@ -34,18 +26,12 @@ def write(wiring: Wiring, path: Path, plain: bool = False, warn: Callable[[str],
     """
     if problems := problems_of(wiring):
         raise WiringError(wiring.name, problems)
-    entries = {"SystemStructure.ssd": system_structure(wiring)}
+    content = {"SystemStructure.ssd": system_structure(wiring)}
     for element in wiring.elements:
-        entries[f"resources/{element.name}.fmu"] = element.fmu.read_bytes()
+        content[f"resources/{element.name}.fmu"] = element.fmu.read_bytes()
         if element.start_values:
-            entries[f"resources/{element.name}.ssv"] = parameter_set(element)
-    factors = [link for link in wiring.links if link.factor != 1]
-    if factors and not plain:
-        many = f"{len(factors)} connections have a factor, for example {factors[0].source} -> {factors[0].target}"
-        warn(f"{many}: the archive has SSP content alone, which `fmpy simulate` cannot run.")
-    elif not plain:
-        entries |= container.entries(wiring)
-    return archive.write(path, entries)
+            content[f"resources/{element.name}.ssv"] = parameter_set(element)
+    return content
 
 
 def system_structure(wiring: Wiring) -> bytes:

@@ -1,11 +1,11 @@
-"""The archives of this project's systems: where they lie, and building them."""
+"""The archives and FMUs of this project's systems: where they lie, and building them."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from ..exporters.build import build_fmus, components, fmu_path, project_root
 from ..ssp.declaration import System, wire
-from ..ssp.writer import write
+from ..whole.writer import write, write_fmu
 
 
 def ssp_path(name: str, export: str = "native") -> Path:
@@ -23,6 +23,8 @@ def build(
 ) -> dict[Path, bool]:
     """Build all FMUs and the archives of systems; return for each path whether it was written or was current.
 
+    With native FMUs each system is an FMU too, beside those of its components.
+
     Raises
     ------
     BuildError : an FMU cannot be built.
@@ -32,6 +34,9 @@ def build(
     written = build_fmus(root, export, platforms, progress=progress)
     fmus = {name: fmu_path(root, name, export) for name in components()}
     for system in systems:
-        path = ssp_path(system.name, export)
-        written[path] = write(wire(system, fmus), path, plain)
+        wiring, path = wire(system, fmus), ssp_path(system.name, export)
+        fmu = fmu_path(root, system.name) if export == "native" else None
+        if fmu:
+            written[fmu] = write_fmu(wiring, fmu, progress)
+        written[path] = write(wiring, path, plain, fmu, progress=progress)
     return written

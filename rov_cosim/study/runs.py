@@ -21,7 +21,7 @@ from ..master.simulation import Progress, SimulationError, simulate
 from ..ssp import reader
 from ..ssp.declaration import System, wire
 from ..ssp.wiring import Wiring
-from ..ssp.writer import write
+from ..whole.writer import write
 from .archives import ssp_path
 from .assessment import assessable, hold_begin, report
 from .changes import Changes
@@ -181,7 +181,7 @@ def _write(wiring: Wiring, archive: Path, settings: Settings, warn: Callable[[st
         warn(f"{archive} cannot say that its coupling is {settings.coupling}: other tools take Jacobi.")
     if settings.input is not None:
         warn(f"{archive} does not hold what {settings.input} feeds.")
-    write(settings.timed(wiring), archive, warn=warn)
+    write(settings.timed(wiring), archive, warn=warn, progress=say)
 
 
 def results_folder() -> Path:

@@ -20,7 +20,7 @@ const char *fmi2GetVersion(void) {
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String given_guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging_on) {
-    (void)resources, (void)visible;
+    (void)visible;
     const char *known_name = name && *name ? name : "(without a name)";
     Slave *slave = functions ? calloc(1, sizeof *slave + strlen(known_name) + 1) : NULL;
     if (!slave)
@@ -39,9 +39,11 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String given_g
     else if (!given_guid || strcmp(given_guid, guid))
         say(slave->instance.message, "The GUID is %.200s; expected %s: the model description is of another FMU.",
             given_guid ? given_guid : "NULL", guid);
+    else
+        take_parts(&slave->instance, resources);
     if (slave->instance.message[0]) {
         report(slave, fmi2Error);
-        free(slave);
+        fmi2FreeInstance(slave);
         return NULL;
     }
     reset(&slave->instance);
@@ -49,6 +51,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String given_g
 }
 
 void fmi2FreeInstance(fmi2Component c) {
+    if (c)
+        drop_parts(&((Slave *)c)->instance);
     free(c);
 }
 

@@ -8,7 +8,7 @@
 static int allocated(Slave *slave, fmi2FMUstate *state) {
     if (*state)
         return checked(slave, is_own(&slave->instance, *state)) == fmi2OK;
-    *state = malloc(SAVED_SIZE);
+    *state = malloc(saved_size(&slave->instance));
     if (!*state)
         refuse(slave, "There is no memory for a saved state.");
     return *state != NULL;
@@ -20,8 +20,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
         return fmi2Error;
     if (!allocated(slave, state))
         return fmi2Error;
-    save(&slave->instance, *state);
-    return fmi2OK;
+    return checked(slave, save(&slave->instance, *state));
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
@@ -46,7 +45,7 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_
     Slave *slave = called(c, STATE_SIZE);
     if (!slave || !given(slave, STATE_SIZE, state, "FMUstate") || !given(slave, STATE_SIZE, size, "size"))
         return fmi2Error;
-    *size = SAVED_SIZE;
+    *size = saved_size(&slave->instance);
     return fmi2OK;
 }
 
@@ -56,9 +55,10 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
         return fmi2Error;
     if (!is_own(&slave->instance, state))
         return report(slave, fmi2Error);
-    if (size < SAVED_SIZE)
-        return refuse(slave, "There is room for %lu bytes; expected %d.", (unsigned long)size, (int)SAVED_SIZE);
-    memcpy(bytes, state, SAVED_SIZE);
+    size_t expected = saved_size(&slave->instance);
+    if (size < expected)
+        return refuse(slave, "There is room for %lu bytes; expected %lu.", (unsigned long)size, (unsigned long)expected);
+    memcpy(bytes, state, expected);
     return fmi2OK;
 }
 
@@ -67,12 +67,13 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
     if (!slave || !given(slave, DESERIALIZE, bytes, "serializedState")
         || !given(slave, DESERIALIZE, state, "FMUstate"))
         return fmi2Error;
-    if (size != SAVED_SIZE)
-        return refuse(slave, "The saved state has %lu bytes; expected %d.", (unsigned long)size, (int)SAVED_SIZE);
+    size_t expected = saved_size(&slave->instance);
+    if (size != expected)
+        return refuse(slave, "The saved state has %lu bytes; expected %lu.", (unsigned long)size, (unsigned long)expected);
     if (!is_saved(&slave->instance, bytes))
         return report(slave, fmi2Error);
     if (!allocated(slave, state))
         return fmi2Error;
-    memcpy(*state, bytes, SAVED_SIZE);
+    memcpy(*state, bytes, expected);
     return fmi2OK;
 }

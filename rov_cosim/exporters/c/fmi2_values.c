@@ -57,7 +57,8 @@ static fmi2Status set(fmi2Component c, Call call, Type type, const fmi2ValueRefe
         }
     }
     for (size_t i = 0; i < n; i++)
-        assign(&slave->instance, vr[i], element(type, values, i));
+        if (!assign(&slave->instance, vr[i], element(type, values, i)))
+            return report(slave, fmi2Error);
     return fmi2OK;
 }
 
@@ -108,7 +109,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
                           order[i]);
     }
     for (size_t i = 0; i < nvr; i++)
-        slave->instance.now.u_rate[vr[i]] = value[i];
+        assign_rate(&slave->instance, vr[i], value[i]);
     return fmi2OK;
 }
 
@@ -125,7 +126,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                                         const fmi2ValueReference known[], size_t n_known, const fmi2Real change[],
                                         fmi2Real derivative[]) {
     Slave *slave = called(c, DERIVATIVE);
-    double du[N_U] = {0}, dy[N_Y];
+    double du[N_U + 1] = {0}, dy[N_Y + 1]; /* there may be none */
     if (!slave || !are_variables(slave, DERIVATIVE, REAL, unknown, n_unknown, derivative)
         || !are_variables(slave, DERIVATIVE, REAL, known, n_known, change))
         return fmi2Error;

@@ -1,28 +1,10 @@
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "instance.h"
+#include "stepping.h"
 
 /* --- checks --- */
-
-/* Say, after some words, what a value is and what it should be. */
-static void say_range(Instance *instance, const char *before, int reference, double value) {
-    const Variable *v = &variables[reference];
-    char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
-    int below = v->minimum != -DBL_MAX, above = v->maximum != DBL_MAX;
-    say(instance->message, "%s%s is %s; expected a finite number", before, v->name, number(value, 6, a));
-    if (below)
-        append(instance->message, " of at least %s", number(v->minimum, 6, b));
-    if (above)
-        append(instance->message, " %s at most %s", below ? "and" : "of", number(v->maximum, 6, c));
-    append(instance->message, ".");
-}
-
-const char *phase_name(int64_t phase) {
-    return phase == INSTANTIATED ? "instantiated" : phase == INITIALIZING ? "initializing"
-         : phase == RUNNING      ? "running"      : "terminated";
-}
 
 static int check_parameters(Instance *instance) {
     double margins[N_REQUIREMENTS + 1] = {0};
@@ -85,26 +67,6 @@ void reset(Instance *instance) {
     instance->now.stale = instance->now.unchecked = 1;
 }
 
-void why_not_variable(Instance *instance, uint32_t reference, Type type) {
-    static const char *const names[] = {"Real", "Integer", "Boolean", "String"};
-    if (reference >= N_VARIABLES)
-        say(instance->message, "There is no variable with value reference %lu; expected 0 to %d.", (unsigned long)reference,
-            N_VARIABLES - 1);
-    else
-        say(instance->message, "%s (value reference %lu) is of type %s, not %s.", variables[reference].name,
-            (unsigned long)reference, names[variables[reference].type], names[type]);
-}
-
-void why_not_settable(Instance *instance, uint32_t reference, double value) {
-    if (!legal((int)reference, value))
-        say_range(instance, "", (int)reference, value);
-    else if (is_output(reference))
-        say(instance->message, "%s is an output: only inputs and parameters can be set.", variables[reference].name);
-    else
-        say(instance->message, "%s is a fixed parameter: set it before the initialization ends.",
-            variables[reference].name);
-}
-
 int is_rate_settable(Instance *instance, uint32_t reference, double rate) {
     char text[NUMBER_SIZE];
     if (!interpolates_inputs)
@@ -119,11 +81,11 @@ int is_rate_settable(Instance *instance, uint32_t reference, double rate) {
     return 0;
 }
 
-/* --- life --- */
-
-double spacing(double time) {
-    return nextafter(fabs(time), INFINITY) - fabs(time);
+void assign_rate(Instance *instance, uint32_t reference, double rate) {
+    instance->now.u_rate[reference] = rate;
 }
+
+/* --- life --- */
 
 static Conditions conditions(const State *state) {
     Conditions at = {state->values, state->u_rate, &state->values[FIRST_PARAMETER], state->start_time, state->time};
@@ -162,18 +124,6 @@ int preview(Instance *instance) {
     return 1;
 }
 
-int set_times(Instance *instance, double start_time, double stop_time) {
-    char start[NUMBER_SIZE], stop[NUMBER_SIZE];
-    if (!isfinite(start_time) || !(stop_time >= start_time)) {
-        say(instance->message, "The run is from %s s to %s s; expected finite times, the stop not before the start.",
-            number(start_time, 9, start), number(stop_time, 9, stop));
-        return 0;
-    }
-    instance->now.time = instance->now.start_time = start_time;
-    instance->now.stop_time = stop_time;
-    return 1;
-}
-
 int exit_initialization(Instance *instance) {
     if (!preview(instance))
         return 0;
@@ -184,21 +134,9 @@ int exit_initialization(Instance *instance) {
 
 int do_step(Instance *instance, double time, double step) {
     State *now = &instance->now;
-    double tolerance = TIME_TOLERANCE * fmax(1.0, now->time - now->start_time) + 4 * spacing(now->time);
     char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
-    if (!(fabs(time - now->time) <= tolerance && isfinite(tolerance))) {
-        say(instance->message, "Expected the communication point %s s but was %s s.", number(now->time, 9, a), number(time, 9, b));
+    if (!is_step(instance, time, step))
         return 0;
-    }
-    if (!(step > 0 && isfinite(time + step))) {
-        say(instance->message, "The step size is %s s; expected a positive number of seconds.", number(step, 6, a));
-        return 0;
-    }
-    if (time + step > now->stop_time + tolerance) {
-        say(instance->message, "The step ends at %s s; expected at most the stop time %s s.", number(time + step, 9, a),
-            number(now->stop_time, 9, b));
-        return 0;
-    }
     if (!check_parameters(instance))
         return 0;
     if (step >= TIME_TOLERANCE) {
@@ -221,6 +159,18 @@ int do_step(Instance *instance, double time, double step) {
     }
     now->time = time + step;
     return 1;
+}
+
+int possible(const State *state) {
+    static const double MOST_SAMPLES = 9007199254740992.0;
+    int fine = plausible(state) && state->phase != FAILED;
+    fine = fine && state->samples >= 0 && (double)state->samples < MOST_SAMPLES;
+    fine = fine && (state->stale | state->unchecked | 1) == 1;
+    for (int i = 0; i < N_X && fine; i++)
+        fine = isfinite(state->x[i]);
+    for (int i = 0; i < N_U && fine; i++)
+        fine = isfinite(state->u_rate[i]);
+    return fine;
 }
 
 int directional_derivative(Instance *instance, const double *du, double *dy) {

@@ -25,7 +25,7 @@ typedef struct {
 extern const char guid[];
 extern const unsigned char fingerprint[16]; /* of a saved state: version of its form, component and names */
 extern const Variable variables[N_VARIABLES];
-extern const char *const states[N_X];    /* names */
+extern const char *const states[];       /* names */
 extern const char *const requirements[]; /* message of each margin that must be positive; ends with NULL */
 extern const Notice notices[];           /* ends with a message of NULL */
 extern const char *const log_categories[]; /* those of fmi2Warning, fmi2Discard, fmi2Error; ends with NULL */

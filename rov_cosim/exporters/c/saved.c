@@ -1,4 +1,4 @@
-/* Save and restore: fingerprint, checksum, state. */
+/* Save and restore: fingerprint, checksum, state, parts. */
 #include <math.h>
 #include <string.h>
 
@@ -15,30 +15,28 @@ uint64_t checksum(const State *state) {
     return hash;
 }
 
-void save(const Instance *instance, char *bytes) {
+size_t saved_size(const Instance *instance) {
+    return SAVED_SIZE + size_of_parts(instance);
+}
+
+int save(Instance *instance, char *bytes) {
     uint64_t sum = checksum(&instance->now);
     memcpy(bytes, fingerprint, sizeof fingerprint);
     memcpy(&bytes[CHECKSUM_AT], &sum, sizeof sum);
     memcpy(&bytes[STATE_AT], &instance->now, sizeof instance->now);
+    return save_parts(instance, &bytes[SAVED_SIZE]);
 }
 
-/* Whether a run could have reached a state that came from outside. */
-static int possible(const State *state) {
-    static const double MOST_SAMPLES = 9007199254740992.0, LARGEST_INTEGER = 2147483647.0;
-    int fine = state->phase == INSTANTIATED || state->phase == INITIALIZING || state->phase == RUNNING
-            || state->phase == TERMINATED;
-    fine = fine && state->samples >= 0 && (double)state->samples < MOST_SAMPLES;
-    fine = fine && (state->stale | state->unchecked | 1) == 1;
+int plausible(const State *state) {
+    static const double LARGEST_INTEGER = 2147483647.0;
+    int64_t phase = state->phase;
+    int fine = phase > 0 && phase <= FAILED && !(phase & (phase - 1));
     fine = fine && isfinite(state->time) && isfinite(state->start_time) && state->stop_time >= state->start_time;
     for (int i = 0; i < N_VARIABLES && fine; i++) {
         double value = state->values[i];
         int whole = value == floor(value) && fabs(value) <= LARGEST_INTEGER;
         fine = legal(i, value) && (variables[i].type == REAL || whole);
     }
-    for (int i = 0; i < N_X && fine; i++)
-        fine = isfinite(state->x[i]);
-    for (int i = 0; i < N_U && fine; i++)
-        fine = isfinite(state->u_rate[i]);
     return fine;
 }
 
@@ -60,12 +58,12 @@ int is_saved(Instance *instance, const char *bytes) {
         say(instance->message, "The saved state is damaged: it is not what this component has saved.");
         return 0;
     }
-    return 1;
+    return are_parts(instance, &bytes[SAVED_SIZE]);
 }
 
 int restore(Instance *instance, const char *bytes) {
     if (!is_saved(instance, bytes))
         return 0;
     memcpy(&instance->now, &bytes[STATE_AT], sizeof instance->now);
-    return 1;
+    return restore_parts(instance, &bytes[SAVED_SIZE]);
 }

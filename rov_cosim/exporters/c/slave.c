@@ -4,7 +4,7 @@
 
 #include "slave.h"
 
-enum { I = INSTANTIATED, M = INITIALIZING, R = RUNNING, T = TERMINATED, ANY = I | M | R | T };
+enum { I = INSTANTIATED, M = INITIALIZING, R = RUNNING, T = TERMINATED, ANY = I | M | R | T | FAILED };
 
 /* The phases in which each function can be called. More than the standard asks for: values can be read at any time. */
 static const struct {

@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "interface.h"
+#include "spacing.h"
 
 typedef struct {
     double x[N_X], y[N_Y];

@@ -1,0 +1,16 @@
+#ifndef STATE_H
+#define STATE_H
+
+#include <stdint.h>
+
+#include "interface.h"
+
+/* All that the rest of a run depends on. The outputs in `values` are those last computed. */
+typedef struct {
+    double values[N_VARIABLES], x[N_X], u_rate[N_U], time, start_time, stop_time; /* the last infinite if there is none */
+    int64_t samples, phase;
+    int64_t stale;     /* whether the outputs wait for a preview */
+    int64_t unchecked; /* whether the parameters wait for their requirements */
+} State;               /* all of one size, so that no byte of it is padding */
+
+#endif
