@@ -1,8 +1,10 @@
 """The co-simulation master: from a wiring to a table of all outputs."""
 
+from collections import deque
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import replace
+from itertools import islice
 from time import perf_counter
 from typing import Any
 
@@ -138,16 +140,18 @@ class _Run:
 
     def take_steps(self, progress: Progress, interrupted: list[int]) -> None:
         """Take all steps, a batch at a time."""
-        batch, ready = 1, 0
-        for n in progress(range(self._n_steps)):
+        shown = iter(progress(range(self._n_steps)))
+        batch, done = 1, 0
+        while done < self._n_steps:
             if interrupted:
                 raise KeyboardInterrupt
-            if n == ready:
-                begin, ready = perf_counter(), min(ready + batch, self._n_steps)
-                rows = self._rows[rows_after(n, self._spacing) + 1 : rows_after(ready, self._spacing) + 1]
-                self._loop.run(n, ready - n, self._values(n, ready), self._spacing, rows)
-                batch = 2 * batch if perf_counter() - begin < _BATCH else max(batch // 2, 1)
-                batch = min(batch, _MOST_GIVEN) if self._given else batch
+            begin, end = perf_counter(), min(done + batch, self._n_steps)
+            rows = self._rows[rows_after(done, self._spacing) + 1 : rows_after(end, self._spacing) + 1]
+            self._loop.run(done, end - done, self._values(done, end), self._spacing, rows)
+            deque(islice(shown, end - done), maxlen=0)
+            batch, done = (2 * batch if perf_counter() - begin < _BATCH else max(batch // 2, 1)), end
+            batch = min(batch, _MOST_GIVEN) if self._given else batch
+        next(shown, None)  # its end
 
     def _values(self, first: int, end: int) -> NDArray[np.float64] | None:
         """Return what is fed from outside at the beginning of some steps, a row a step."""
