@@ -280,6 +280,7 @@ def z_down(fmus, tmp_path_factory):
 def test_elements_of_another_make_are_loaded_and_get_the_factors(z_down, tmp_path, coupling):
     path, told = tmp_path / "ned.ssp", []
     assert writer.write(z_down, path, warn=told.append)
+    assert not writer.write(z_down, path)
     assert told == []
     assert validate_fmu(str(path)) == []
     number, function = COUPLINGS[coupling]

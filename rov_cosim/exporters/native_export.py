@@ -92,8 +92,8 @@ def kept_binaries(present: Mapping[str, bytes], content: Mapping[str, bytes], na
     """Return the binaries of an FMU `present` if this project made them of just this content, else none."""
     places = [place for platform in zig.TARGETS if (place := binary_place(name, platform)) in present]
     binaries = {place: present[place] for place in places}
-    ours = present.get(CHECKSUMS) == checksums(binaries)
-    return binaries if ours and content.items() <= present.items() else {}
+    ours = {**content, **binaries, CHECKSUMS: checksums(binaries)}
+    return binaries if present == ours else {}
 
 
 def checksums(binaries: Mapping[str, bytes]) -> bytes:

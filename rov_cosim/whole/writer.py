@@ -54,7 +54,8 @@ def write(
         from . import face
 
         try:
-            content |= archive.read(fmu) if fmu else face.entries(wiring, archive.present(path), progress)
+            present = {name: data for name, data in archive.present(path).items() if name not in content}
+            content |= archive.read(fmu) if fmu else face.entries(wiring, present, progress)
         except (face.FaceError, LayoutError) as error:
             warn(f"{error} The archive has SSP content alone, which `fmpy simulate` cannot run.")
     return archive.write(path, content)
