@@ -11,8 +11,8 @@ from typing import Any
 import click
 from tqdm import tqdm
 
-from ...study.campaign import Campaign, CampaignError, Cell, run_all, wired
 from ...study.changes import Changes
+from ...study.matrix import Cell, Matrix, MatrixError, run_all, wired
 from ...study.runs import file_name, results_folder
 from ...study.score_table import write_scores
 from ...study.scores import VERDICTS
@@ -70,11 +70,11 @@ def command(
         loops = wired(*chosen, changes, warn, [SYSTEMS[name] for name in systems], say)
     try:
         found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress)
-    except CampaignError as error:
-        if not error.campaign.scores:
+    except MatrixError as error:
+        if not error.matrix.scores:
             raise
-        _write(error.campaign, folder / f"{stem}-until-interrupted", " ".join(filter(None, (note, f"{error}"))))
-        raise CampaignError(f"{error} The results so far are in {folder}.", error.campaign) from error
+        _write(error.matrix, folder / f"{stem}-until-interrupted", " ".join(filter(None, (note, f"{error}"))))
+        raise MatrixError(f"{error} The results so far are in {folder}.", error.matrix) from error
     if not found.scores:
         raise click.ClickException(f"No trouble applies: {' '.join(dict.fromkeys(found.left_out.values()))}")
     _write(found, folder / stem, note)
@@ -90,15 +90,15 @@ def command(
         options.gate({", ".join(cell): score for cell, score in found.scores.items()}, fail_on)
 
 
-def _write(found: Campaign, path: Path, note: str) -> None:
-    from ...study import campaign_tables  # loads matplotlib, which takes a while
+def _write(found: Matrix, path: Path, note: str) -> None:
+    from ...study import matrix_tables  # loads matplotlib, which takes a while
 
     write_scores(found.scores, Cell._fields, path.with_name(f"{path.name}.csv"))
     command = shlex.join(["rov-cosim", *sys.argv[1:]])
-    page = campaign_tables.markdown(found, command, f"{path.name}.svg", note)
+    page = matrix_tables.markdown(found, command, f"{path.name}.svg", note)
     path.with_name(f"{path.name}.md").write_text(page, encoding="utf-8")
     for suffix in (".png", ".svg"):
-        campaign_tables.draw_heat_map(found, path.with_name(f"{path.name}{suffix}"), note)
+        matrix_tables.draw_heat_map(found, path.with_name(f"{path.name}{suffix}"), note)
     for suffix in (".csv", ".md", ".png", ".svg"):
         click.echo(path.with_name(f"{path.name}{suffix}"))
 

@@ -1,0 +1,38 @@
+"""One run of a campaign, and its score."""
+
+from collections.abc import Hashable
+from typing import NamedTuple
+
+from ...master.unpacked import Folders
+from ...ssp.wiring import Wiring, WiringError
+from ..changes import Changes
+from ..runs import simulated
+from ..scores import Score
+
+
+class Case(NamedTuple):
+    """A run: which of the systems, and the changes in it."""
+
+    loop: Hashable
+    changes: Changes
+
+
+def score_of(
+    wiring: Wiring,
+    changes: Changes,
+    coupling: str = "jacobi",
+    stop_time: float | None = None,
+    folders: Folders | None = None,
+) -> Score:
+    """Return the score of a system with changes in it; one that cannot run is lost. Arguments as in `simulated`.
+
+    Raises
+    ------
+    WiringError : a change is wrong, or does not apply.
+    """
+    changed = changes.applied(wiring)
+    try:
+        done = simulated(changed, coupling, stop_time, progress=lambda steps: steps, folders=folders)
+    except WiringError as error:
+        return Score("lost", reason=str(error))
+    return done.score or Score("lost", reason="There is no vehicle with a pose eta in it.")
