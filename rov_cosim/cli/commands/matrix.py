@@ -1,6 +1,5 @@
 """The command `rov-cosim matrix`: runs, tables and picture of vehicles, troubles and controllers."""
 
-import os
 import shlex
 import sys
 from collections import Counter
@@ -41,9 +40,8 @@ def _some(name: str, known: Iterable[str], which: str = "Only") -> Callable[[Cal
 @_some("trouble", TROUBLES)
 @_some("system", SYSTEMS, "Besides the vehicles, or alone if none is named,")
 @options.changes_but_troubles
-@click.option(
-    "--jobs", type=click.IntRange(min=1), default=os.cpu_count() or 1, help="Processes; one a core if left out."
-)
+@options.jobs
+@options.scheduler
 @click.option(
     "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV, Markdown and picture."
 )
@@ -55,6 +53,7 @@ def command(
     systems: tuple[str, ...],
     changes: Changes,
     jobs: int,
+    scheduler: str,
     output: Path | None,
     fail_on: str | None,
 ) -> None:
@@ -69,7 +68,7 @@ def command(
     with counted() as warn:
         loops = wired(*chosen, changes, warn, [SYSTEMS[name] for name in systems], say)
     try:
-        found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress)
+        found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress, scheduler)
     except MatrixError as error:
         if not error.matrix.scores:
             raise

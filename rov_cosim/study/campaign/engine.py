@@ -3,7 +3,7 @@
 import logging
 import signal
 from collections import deque
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -35,7 +35,7 @@ def run_all(
     scheduler: str = "",
     coupling: str = "jacobi",
     stop_time: float | None = None,
-) -> Iterator[dict[int, Score]]:
+) -> Generator[dict[int, Score], None, None]:
     """Yield the scores of runs by number, chunk by chunk as they come.
 
     Parameters
