@@ -9,9 +9,11 @@ from tempfile import TemporaryDirectory
 from typing import Any
 from uuid import uuid4
 
+import dask
 from distributed import Client, Future, LocalCluster, as_completed
 from distributed.scheduler import KilledWorker
 
+from ...master.interrupts import deferred
 from ...ssp.wiring import Wiring
 from ..scores import Score
 from .case import Case
@@ -68,14 +70,16 @@ class _Dispatch:
         self._client, self._name, self._case = client, name, case
         self._waiting, self._suspects = deque(todo), deque[int]()
         self._flying: dict[Future[Any], list[int]] = {}
-        self._done, self._seconds, self._deaths = 0, 0.0, 0
+        self._pace = CHUNK  # time in s of a run, by the chunk that came last: the first run of a worker takes longer
+        self._any_done, self._deaths = False, 0
         self._landed = as_completed(loop=client.loop)
 
     def scores(self) -> Iterator[dict[int, Score]]:
         while self._waiting or self._flying or self._suspects:
             places = sum(self._client.nthreads().values())
             while self._waiting and len(self._flying) < 2 * max(places, 1):
-                self._submit([self._waiting.popleft() for _ in range(min(self._size(), len(self._waiting)))])
+                size = min(max(int(CHUNK / self._pace), 1), MOST, len(self._waiting))
+                self._submit([self._waiting.popleft() for _ in range(size)])
             if alone := not self._flying:
                 self._submit([self._suspects.popleft()])
             future = next(self._landed)
@@ -87,9 +91,6 @@ class _Dispatch:
         self._flying[future] = runs
         self._landed.add(future)
 
-    def _size(self) -> int:
-        return min(max(int(CHUNK * self._done / self._seconds), 1), MOST) if self._done else 1
-
     def _taken(self, future: Future[Any], runs: list[int], alone: bool) -> dict[int, Score]:
         try:
             scores, seconds = future.result()
@@ -98,10 +99,10 @@ class _Dispatch:
                 self._suspects.extend(runs)
                 return {}
             self._deaths += 1
-            if self._deaths == HOPELESS and not self._done:
+            if self._deaths == HOPELESS and not self._any_done:
                 raise CampaignError(f"The first {HOPELESS} runs ended their process, each: an FMU crashes.") from None
             return {runs[0]: Score("lost", reason=DIED)}
-        self._done, self._seconds = self._done + len(runs), self._seconds + seconds
+        self._any_done, self._pace = True, seconds / len(runs)
         return dict(zip(runs, scores, strict=True))
 
 
@@ -117,19 +118,21 @@ def _client(jobs: int, scheduler: str) -> Iterator[Client]:
                 raise CampaignError(f"The scheduler at {scheduler} has no workers: start some, as the README says.")
         else:
             folder = stack.enter_context(TemporaryDirectory(prefix="rov_cosim_", ignore_cleanup_errors=True))
-            with _interrupts_blocked():
-                cluster = stack.enter_context(_local(jobs, folder))
+            here = dask.config.set({"temporary-directory": folder})  # the scheduler takes it from nowhere else
+            with here, _interrupts_blocked(), deferred() as interrupted:  # half a cluster could not be closed
+                cluster = stack.enter_context(_local(jobs))
                 client = stack.enter_context(Client(cluster, set_as_default=False))
+            if interrupted:
+                raise KeyboardInterrupt
         yield client
 
 
-def _local(jobs: int, folder: str) -> LocalCluster:
+def _local(jobs: int) -> LocalCluster:
     return LocalCluster(
         n_workers=jobs,
         threads_per_worker=1,
         memory_limit=0,  # a worker ended for its memory would look like one that an FMU ended
         silence_logs=logging.CRITICAL,
-        local_directory=folder,
         scheduler_kwargs={"allowed_failures": 0, "dashboard": False, "dashboard_address": "localhost:0"},
     )
 
