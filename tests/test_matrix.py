@@ -13,12 +13,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from pythonfmu.builder import FmuBuilder
 
 from rov_cosim.exporters.build import project_root
-from rov_cosim.ssp import swap_map
 from rov_cosim.study import matrix_tables
-from rov_cosim.study.campaign import engine
 from rov_cosim.study.campaign.case import score_of
 from rov_cosim.study.changes import Changes
 from rov_cosim.study.matrix import Cell, MatrixError, run_all, wired
@@ -109,14 +106,6 @@ def test_an_interrupted_matrix_keeps_its_scores(loops):
     with pytest.raises(MatrixError, match="Interrupted after 2 of 6 runs") as error:
         run_all(loops, ["still_water", "delay_5"], jobs=1, progress=interrupted)
     assert len(error.value.matrix.scores) == 2
-
-
-def test_an_fmu_that_crashes_its_process_costs_its_runs(fmus, tmp_path):
-    crashing = FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "crashing.py", tmp_path)
-    maps = {"scenario": swap_map.SwapMap(without=("set_point",))}
-    crash = wired([VEHICLE], ["pd"], Changes({"scenario": crashing}, maps))
-    found = run_all(crash, ["still_water", "delay_5"], jobs=2).scores
-    assert [str(score) for score in found.values()] == [f"lost: {engine.DIED}"] * 2
 
 
 @pytest.mark.slow

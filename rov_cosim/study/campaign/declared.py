@@ -105,17 +105,18 @@ class _Reader:
                 flat = " A variable stands in quotes in [vary], [grid] or [values]." if "." in key else ""
                 self._problem(f"{key} is unknown; expected {', '.join(known)}.{suggestion(key, known)}{flat}")
         system, changes = self._system(), self._changes()
-        vary = {end: varied for end, entry in self._table("vary").items() if (varied := self._varied(end, entry))}
-        grid = {end: self._list(f"[grid] {end}", end, values) for end, values in self._table("grid").items()}
+        entries, lists = self._table("vary"), self._table("grid")
+        vary = {end: varied for end, entry in entries.items() if (varied := self._varied(end, entry))}
+        grid = {end: self._list(f"[grid] {end}", end, values) for end, values in lists.items()}
         if both := sorted(set(vary) & set(grid)):
             self._problem(f"{both[0]} stands in [vary] and in [grid]: leave one out.")
         for end in sorted({*vary, *grid} & set(changes.values)):
             self._problem(f"{end} stands in [values] and is varied besides: leave one out.")
-        if not vary and not grid:
+        if not entries and not lists:
             self._problem('Nothing varies: write [vary] or [grid], for example "rov_plant.mass" = [70.0, 80.0].')
-        default = 1 if not vary else None
+        default = None if entries else 1
         runs = self._number("runs", default, lambda v: 1 <= v <= MOST_RUNS, f"from 1 to {MOST_RUNS}", int)
-        if not vary and runs not in (1, None):
+        if lists and not entries and runs not in (1, None):
             self._problem("runs: without [vary] all runs of a combination are the same; leave it out.")
         stop_time = self._number("stop_time", 0.0, lambda v: v > 0, "of seconds above 0", float)
         found = {
