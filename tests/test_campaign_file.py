@@ -13,6 +13,7 @@ from rov_cosim.study.campaign.draws import drawn, unit_draws
 from rov_cosim.study.campaign.records import Records
 from rov_cosim.study.changes import Changes
 from rov_cosim.study.scores import Score
+from rov_cosim.study.settings import Settings
 from rov_cosim.systems.catalogue import SYSTEMS
 from typed import call
 
@@ -94,7 +95,12 @@ def test_the_grid_takes_the_same_draws_for_each_combination(tmp_path, wiring):
 
 def test_the_file_tells_all(tmp_path):
     found = declared.read(EXAMPLE)
-    assert (found.system, found.runs, found.seed, found.stop_time) == (SYSTEMS["station_keeping"], 1024, 2007, 60.0)
+    assert (found.system, found.runs, found.seed, found.settings) == (
+        SYSTEMS["station_keeping"],
+        1024,
+        2007,
+        Settings(stop_time=60.0),
+    )
     assert found.limits == {"verdict": "offset", "rms": 0.012}
     text = (
         'system = "their.ssp"\nswaps.rov_plant = "a.fmu"\ntroubles = ["bias"]\n[values]\n"a.b" = 2\n[grid]\n"c.d" = [1]'
@@ -128,9 +134,10 @@ NORM = '{ distribution = "norm" }'
         (f"system = 'station_keeping'\n[vary]\n'rov_plant.mass' = {NORM}", "runs: expected a whole number from 1 to"),
         (f"{HEAD}[grid]\n'rov_plant.mass' = [1.0]", "runs: without [vary] all runs of a combination are the same"),
         (
-            f"{HEAD}stop_time = -1\n[vary]\n'rov_plant.mass' = {NORM}",
-            "stop_time: expected a number of seconds above 0, got -1",
+            f"{HEAD}stop_time = -1\n[vary]\n'rov_plant.dB' = {NORM}",
+            "The run is from 0.0 s to -1 s; expected finite times",
         ),
+        (f"{HEAD}step = 0\n[vary]\n'rov_plant.dB' = {NORM}", "step: expected a number of seconds above 0, got 0"),
         (f"{VARY}'rov_plant.mas' = {NORM}", "There is no variable rov_plant.mas. Did you mean rov_plant.mass"),
         (
             f"{VARY}rov_plant.mass = {NORM}",

@@ -16,8 +16,9 @@ def remembered(function: Callable[[ModelDescription], T]) -> Callable[[ModelDesc
 
     @wraps(function)
     def recalled(description: ModelDescription) -> T:
-        if description not in known:
-            known[description] = function(description)
-        return known[description]
+        try:
+            return known[description]
+        except KeyError:
+            return known.setdefault(description, function(description))
 
     return recalled

@@ -3,11 +3,12 @@
 from collections.abc import Hashable
 from typing import NamedTuple
 
-from ...master.unpacked import Folders
+from ...master.instances import Instances
 from ...ssp.wiring import Wiring, WiringError
 from ..changes import Changes
 from ..runs import simulated
 from ..scores import Score
+from ..settings import Settings
 
 
 class Case(NamedTuple):
@@ -18,11 +19,7 @@ class Case(NamedTuple):
 
 
 def score_of(
-    wiring: Wiring,
-    changes: Changes,
-    coupling: str = "jacobi",
-    stop_time: float | None = None,
-    folders: Folders | None = None,
+    wiring: Wiring, changes: Changes, settings: Settings | None = None, instances: Instances | None = None
 ) -> Score:
     """Return the score of a system with changes in it; one that cannot run is lost. Arguments as in `simulated`.
 
@@ -32,7 +29,7 @@ def score_of(
     """
     changed = changes.applied(wiring)
     try:
-        done = simulated(changed, coupling, stop_time, progress=lambda steps: steps, folders=folders)
+        done = simulated(changed, settings, progress=lambda steps: steps, instances=instances)
     except WiringError as error:
         return Score("lost", reason=str(error))
     return done.score or Score("lost", reason="There is no vehicle with a pose eta in it.")

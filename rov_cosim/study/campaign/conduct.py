@@ -76,7 +76,7 @@ def conduct(
         todo, before = [run for run in range(total) if run not in records.scores], len(records.scores)
 
         def runs() -> Generator[int, None, None]:
-            how = (jobs, scheduler, declared.coupling, declared.stop_time)
+            how = (jobs, scheduler, declared.settings)
             with closing(engine.run_all({"": wiring}, partial(_case, declared, draws), todo, *how)) as chunks:
                 for scores in chunks:
                     records.add(scores)
@@ -103,9 +103,7 @@ def check(declared: Declared, draws: Table, wiring: Wiring, warn: Callable[[str]
     troubles = draws["trouble"].tolist() if "trouble" in draws else [""]
     for run in {trouble: troubles.index(trouble) for trouble in troubles}.values():
         changed = _case(declared, draws, run).changes.applied(wiring, warn)
-        if declared.stop_time is not None:
-            changed = replace(changed, stop_time=declared.stop_time)
-        if problems := problems_of(changed):
+        if problems := problems_of(declared.settings.timed(changed)):
             raise WiringError(wiring.name, problems)
 
 
@@ -135,7 +133,7 @@ def _identity(declared: Declared, draws: Table, wiring: Wiring) -> str:
     elements = [
         (e.name, sha256(e.fmu.read_bytes()).hexdigest(), sorted(e.start_values.items())) for e in wiring.elements
     ]
-    times = (wiring.start_time, declared.stop_time or wiring.stop_time, wiring.step_size)
-    what = (__version__, elements, wiring.links, times, declared.coupling, declared.changes.troubles)
+    times = (wiring.start_time, wiring.stop_time, wiring.step_size)
+    what = (__version__, elements, wiring.links, times, declared.settings, declared.changes.troubles)
     also = {end: varied.also for end, varied in declared.vary.items()}
     return repr((what, also, {end: column.tolist() for end, column in draws.items()}))

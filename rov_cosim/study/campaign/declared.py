@@ -17,9 +17,12 @@ from ...ssp.wiring import WiringError, suggestion
 from ...systems.catalogue import SYSTEMS
 from ..changes import Changes
 from ..scores import VERDICTS, Score
+from ..settings import Settings
 from ..troubles import TROUBLES
 
 SAMPLINGS = ("sobol", "latin_hypercube", "random")
+_SETTINGS = ("coupling", "start_time", "stop_time", "step", "allow_not_finite")
+"""Those of `Settings` that a campaign can have."""
 MOST_RUNS = 10_000_000
 MEASURES = tuple(f.name for f in fields(Score) if f.name not in ("verdict", "reason", "lost_at"))
 """The scores that are numbers; the less, the better."""
@@ -53,7 +56,7 @@ class Declared:
     sampling : one of `SAMPLINGS`.
     limits : what a run must keep to pass, by score: at most this number, or no worse a verdict.
     scores : those of `MEASURES` that are reported.
-    export, coupling, stop_time : as in `runs.run`.
+    export, settings : as in `runs.run`; a run is always in the process of a worker.
     """
 
     system: System | Path
@@ -66,8 +69,7 @@ class Declared:
     limits: Mapping[str, float | str] = field(default_factory=lambda: {"verdict": "held"})
     scores: tuple[str, ...] = ("rms", "rms_yaw", "settling", "effort")
     export: str = "native"
-    coupling: str = "jacobi"
-    stop_time: float | None = None
+    settings: Settings = field(default_factory=Settings)
 
 
 def read(path: Path) -> Declared:
@@ -98,7 +100,7 @@ class _Reader:
         self.problems: list[str] = []
 
     def declared(self) -> Declared | None:
-        known = ["system", "runs", "seed", "sampling", "stop_time", "coupling", "export", "scores", "map", "troubles"]
+        known = ["system", "runs", "seed", "sampling", *_SETTINGS, "export", "scores", "map", "troubles"]
         known += ["swaps", "values", "vary", "grid", "pass"]
         for key in self._content:
             if key not in known:
@@ -118,12 +120,11 @@ class _Reader:
         runs = self._number("runs", default, lambda v: 1 <= v <= MOST_RUNS, f"from 1 to {MOST_RUNS}", int)
         if lists and not entries and runs not in (1, None):
             self._problem("runs: without [vary] all runs of a combination are the same; leave it out.")
-        stop_time = self._number("stop_time", 0.0, lambda v: v > 0, "of seconds above 0", float)
+        settings = self._settings()
         found = {
             "seed": self._number("seed", 0, lambda v: v >= 0, "from 0", int),
             "sampling": self._one("sampling", SAMPLINGS),
             "export": self._one("export", EXPORTS),
-            "coupling": self._one("coupling", list(COUPLINGS)),
             "scores": self._scores(),
         }
         limits = self._limits()
@@ -131,7 +132,19 @@ class _Reader:
             return None
         given = {key: value for key, value in found.items() if key in self._content}
         given |= {"limits": limits} if limits else {}
-        return Declared(system, changes, vary, grid, runs, **given, stop_time=stop_time or None)
+        return Declared(system, changes, vary, grid, runs, **given, settings=settings)
+
+    def _settings(self) -> Settings:
+        times = {
+            "start_time": self._number("start_time", 0.0, lambda v: True, "of seconds", float),
+            "stop_time": self._number("stop_time", 0.0, lambda v: True, "of seconds", float),
+            "step": self._number("step", 0.0, lambda v: v > 0, "of seconds above 0", float),
+        }
+        found = {name: time for name, time in times.items() if name in self._content}
+        if type(self._content.get("allow_not_finite", False)) is not bool:
+            self._problem("allow_not_finite: expected true or false.")
+        allows = self._content.get("allow_not_finite") is True
+        return Settings(self._one("coupling", list(COUPLINGS)) or "jacobi", **found, allow_not_finite=allows)
 
     def _system(self) -> System | Path | None:
         name = self._content.get("system")

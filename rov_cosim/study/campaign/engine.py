@@ -17,6 +17,7 @@ from distributed.scheduler import KilledWorker
 from ...master.interrupts import deferred
 from ...ssp.wiring import Wiring
 from ..scores import Score
+from ..settings import Settings
 from .case import Case
 from .errors import CampaignError
 from .worker import Systems, run_chunk
@@ -36,8 +37,7 @@ def run_all(
     todo: Iterable[int],
     jobs: int,
     scheduler: str = "",
-    coupling: str = "jacobi",
-    stop_time: float | None = None,
+    settings: Settings | None = None,
 ) -> Generator[dict[int, Score], None, None]:
     """Yield the scores of runs by number, chunk by chunk as they come.
 
@@ -48,13 +48,13 @@ def run_all(
     todo : the numbers.
     jobs : processes on this machine, unless there is a scheduler.
     scheduler : the address of the scheduler of a Dask cluster.
-    coupling, stop_time : as in `runs.simulated`.
+    settings : how a run is taken; always in the worker's own process.
 
     Raises
     ------
     CampaignError : the cluster cannot be used, or no run leaves its process alive.
     """
-    systems = Systems(f"rov-cosim-{uuid4().hex}", loops, coupling, stop_time)
+    systems = Systems(f"rov-cosim-{uuid4().hex}", loops, settings or Settings())
     with _client(jobs, scheduler) as client:
         client.register_plugin(systems)
         try:

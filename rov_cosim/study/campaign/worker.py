@@ -12,17 +12,18 @@ from typing import cast
 
 from distributed import Worker, WorkerPlugin, get_worker
 
-from ...master.unpacked import unpacked
+from ...master.instances import Instances
 from ...ssp.wiring import Wiring
 from ..scores import Score
+from ..settings import Settings
 from .case import Case, score_of
 
 
 class Systems(WorkerPlugin):
     """The systems by key, sent to each worker once, with the content of their FMUs: a worker needs no file of ours."""
 
-    def __init__(self, name: str, loops: Mapping[Hashable, Wiring], coupling: str, stop_time: float | None) -> None:
-        self.name, self._coupling, self._stop_time = name, coupling, stop_time
+    def __init__(self, name: str, loops: Mapping[Hashable, Wiring], settings: Settings) -> None:
+        self.name, self._settings = name, settings
         contents = {fmu: fmu.read_bytes() for loop in loops.values() for fmu in {e.fmu for e in loop.elements}}
         names = {fmu: f"{sha256(content).hexdigest()[:16]}.fmu" for fmu, content in contents.items()}
         self._fmus = {names[fmu]: content for fmu, content in contents.items()}
@@ -38,7 +39,7 @@ class Systems(WorkerPlugin):
                 (folder / name).write_bytes(content)
             places = {Path(name): str(folder / name) for name in self._fmus}
             self._here = {key: _moved(loop, places) for key, loop in self._loops.items()}
-            self._folders = self._stack.enter_context(unpacked(*self._here.values()))
+            self._instances = self._stack.enter_context(Instances(*self._here.values()))
         finally:
             tempfile.tempdir = before
 
@@ -49,10 +50,7 @@ class Systems(WorkerPlugin):
     def scores(self, cases: Iterable[Case]) -> list[Score]:
         """Return the score of each run; one at a time, for the FMUs' libraries are shared by the worker's threads."""
         with self._alone:
-            return [
-                score_of(self._here[case.loop], case.changes, self._coupling, self._stop_time, self._folders)
-                for case in cases
-            ]
+            return [score_of(self._here[c.loop], c.changes, self._settings, self._instances) for c in cases]
 
 
 def run_chunk(name: str, cases: list[Case]) -> tuple[list[Score], float]:
