@@ -104,7 +104,10 @@ def _lines(outcome: Outcome) -> Iterator[str]:
     reasons = Counter(score.reason for score in outcome.scores if score.reason)
     for reason, times in reasons.most_common(5):
         yield f"  lost {times}: {reason}"
-    rule = ", ".join(f"{name} at worst {limit}" for name, limit in outcome.declared.limits.items())
+    rule = ", ".join(
+        f"{name} at {'worst' if name == 'verdict' else 'most'} {limit}"
+        for name, limit in outcome.declared.limits.items()
+    )
     yield f"held:   {share([score.verdict == 'held' for score in outcome.scores])}"
     yield f"passed: {share(outcome.passed)}: {rule}"
     if len(outcome.declared.grid) and len(outcome.scores) > 1:

@@ -22,6 +22,5 @@ def with_extra(module: str) -> Any:
     except ModuleNotFoundError as error:
         if (error.name or "").startswith("rov_cosim"):
             raise
-        raise CampaignError(
-            f"Campaigns need {error.name}, which is not installed: pip install 'rov-cosim[campaign]'"
-        ) from error
+        brings = "pip install distributed pyarrow scipy"  # the extra `campaign`; a copy may be none from an index
+        raise CampaignError(f"Campaigns need {error.name}, which is not installed: {brings}") from error
