@@ -110,6 +110,16 @@ def test_an_fmu_that_crashes_costs_its_own_runs_alone(fmus, tmp_path):
     assert all((row["rms"] is None) == (row["reason"] == engine.DIED) for row in rows)
 
 
+@pytest.mark.slow
+def test_an_fmu_that_crashes_in_every_run_ends_the_campaign(fmus, tmp_path, monkeypatch):
+    monkeypatch.setattr(engine, "HOPELESS", 2)
+    FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "crashing.py", tmp_path).rename(tmp_path / "crashing.fmu")
+    written(tmp_path, '[scenario]\nwithout = ["set_point"]\n', "map.toml")
+    file = written(tmp_path, CRASHES.replace("1e9", "0.0").replace("2e9", "0.6"))
+    done = call("campaign", file, "--jobs", 1, "--output", tmp_path)
+    assert one_line(done) == "Error: The first 2 runs ended their process, each: an FMU crashes."
+
+
 def command(file, output):
     return [sys.executable, "-m", "rov_cosim.cli.main", "campaign", str(file), "--jobs", "2", "--output", str(output)]
 

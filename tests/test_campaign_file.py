@@ -221,6 +221,8 @@ def test_records_come_back_as_they_were_and_in_any_order(tmp_path):
     assert (tmp_path / "a" / "a.parquet").read_bytes() == (tmp_path / "b" / "a.parquet").read_bytes()
     assert records(tmp_path / "a", told).scores == SCORES
     assert [path.name for path in (tmp_path / "a").iterdir()] == ["a.parquet"]
+    records(tmp_path / "a", told).forget()
+    assert records(tmp_path / "a", told).scores == {}
     assert told == []
 
 

@@ -21,15 +21,9 @@ class Case(NamedTuple):
 def score_of(
     wiring: Wiring, changes: Changes, settings: Settings | None = None, instances: Instances | None = None
 ) -> Score:
-    """Return the score of a system with changes in it; one that cannot run is lost. Arguments as in `simulated`.
-
-    Raises
-    ------
-    WiringError : a change is wrong, or does not apply.
-    """
-    changed = changes.applied(wiring)
+    """Return the score of a system with changes in it; one that cannot run is lost. Arguments as in `simulated`."""
     try:
-        done = simulated(changed, settings, progress=lambda steps: steps, instances=instances)
+        done = simulated(changes.applied(wiring), settings, progress=lambda steps: steps, instances=instances)
     except WiringError as error:
         return Score("lost", reason=str(error))
     return done.score or Score("lost", reason="There is no vehicle with a pose eta in it.")

@@ -5,10 +5,10 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from ... import __version__
 from ...ssp.checks import problems_of
 from ...ssp.wiring import Wiring, WiringError
 from ..assessment import assessable
@@ -68,7 +68,7 @@ def conduct(
         digest = sha256(_identity(declared, draws, wiring).encode()).hexdigest()
         records = Records(path, draws, digest, warn)
         if fresh:
-            records.scores.clear()
+            records.forget()
         if strange := [p for p in path.parent.glob(f"{path.stem}.parts-*") if p != records.parts]:
             warn(
                 f"{strange[0]} has runs of another form of this campaign: they are not taken; remove it when you like."
@@ -134,6 +134,6 @@ def _identity(declared: Declared, draws: Table, wiring: Wiring) -> str:
         (e.name, sha256(e.fmu.read_bytes()).hexdigest(), sorted(e.start_values.items())) for e in wiring.elements
     ]
     times = (wiring.start_time, wiring.stop_time, wiring.step_size)
-    what = (__version__, elements, wiring.links, times, declared.settings, declared.changes.troubles)
+    what = (version("rov-cosim"), elements, wiring.links, times, declared.settings, declared.changes.troubles)
     also = {end: varied.also for end, varied in declared.vary.items()}
     return repr((what, also, {end: column.tolist() for end, column in draws.items()}))

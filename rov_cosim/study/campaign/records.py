@@ -45,6 +45,12 @@ class Records:
             except (pa.ArrowException, OSError) as error:
                 warn(f"{file} cannot be read, so its runs are done again: {' '.join(str(error).split())}")
 
+    def forget(self) -> None:
+        """Remove all that is recorded."""
+        self.scores.clear()
+        self.path.unlink(missing_ok=True)
+        shutil.rmtree(self.parts, ignore_errors=True)
+
     def add(self, scores: Mapping[int, Score]) -> None:
         """Keep the scores of some runs, on disk before it returns."""
         name = f"{min(scores):08d}.parquet"
