@@ -166,6 +166,7 @@ NORM = '{ distribution = "norm" }'
             f"{VARY}'rov_plant.mass' = {NORM}",
             "rov_plant.mass: 4 of 8 runs are out of its range, the first, run 0, with -",
         ),
+        (f"{VARY}'passive_arm.delay' = ['a']", "passive_arm.delay: expected a whole number"),
         (f"{VARY}'passive_arm.delay' = [0, 99]", "with 99 above its most, 10"),
         (f"{VARY}'trouble' = ['bais', 'bias']", "there is no trouble bais. Did you mean bias"),
         (f"{VARY}'trouble' = ['bias', 'current']", "There is no scenario.current_mean.x, which the trouble is about"),

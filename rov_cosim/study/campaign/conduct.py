@@ -123,7 +123,7 @@ def _case(declared: Declared, draws: Table, run: int) -> Case:
     values: dict[str, Any] = {}
     for end, column in draws.items():
         also = declared.vary[end].also if end in declared.vary else ()
-        values |= dict.fromkeys((end, *also), column[run].item() if end != "trouble" else column[run])
+        values |= dict.fromkeys((end, *also), column[run : run + 1].tolist()[0])
     trouble = [values.pop("trouble")] if "trouble" in values else []
     return Case("", Changes(values=values, troubles=(*declared.changes.troubles, *trouble)))
 

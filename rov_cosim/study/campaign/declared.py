@@ -225,9 +225,9 @@ class _Reader:
         return tuple(values)
 
     def _value(self, where: str, value: Any) -> None:
-        if type(value) not in (bool, int, float):
+        if type(value) not in (bool, int, float, str):
             nested = "; a name with a dot in it needs quotes" if isinstance(value, dict) else ""
-            self._problem(f"{where}: expected a number, true or false, got {value!r:.60}{nested}.")
+            self._problem(f"{where}: expected a number, true or false, or a text, got {value!r:.60}{nested}.")
 
     def _troubles(self, where: str, names: Iterable[Any]) -> None:
         for name in names:

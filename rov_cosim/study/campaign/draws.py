@@ -18,6 +18,14 @@ Table = Mapping[str, NDArray[Any]]
 """The values by ``element.variable``, and the troubles by ``trouble``, each of shape (runs,)."""
 
 _DTYPES: dict[str, type] = {"Real": np.float64, "Integer": np.int64, "Boolean": np.bool_}
+_LISTS: dict[str, tuple[tuple[type, ...], str, type]] = {
+    "Real": ((int, float), "numbers", np.float64),
+    "Integer": ((int,), "whole numbers", np.int64),
+    "Boolean": ((bool,), "true or false", np.bool_),
+    "String": ((str,), "texts in quotes", object),
+    "Enumeration": ((str,), "names of its items in quotes", object),
+}
+"""What a list has for a variable of a type, and the type of its column."""
 _LOWEST = 2.0**-31
 """Half of what Sobol' numbers are multiples of: a 0 among them would be minus infinity of a normal distribution."""
 
@@ -66,14 +74,15 @@ def unit_draws(dimensions: int, runs: int, sampling: str, seed: int) -> NDArray[
 
 def _unknown(declared: Declared, wiring: Wiring) -> list[str]:
     """Return a sentence for every variable that there is not, that cannot be set, or that two entries set."""
-    names: dict[str, Value] = {}
+    names: dict[str, Value | str] = {}
     problems = []
-    for end in (*declared.vary, *declared.grid):
+    firsts = {end: (*varied.values, 0)[0] for end, varied in declared.vary.items()}
+    for end, first in {**firsts, **{end: values[0] for end, values in declared.grid.items()}}.items():
         for name in (end, *(declared.vary[end].also if end in declared.vary else ())):
             if name in names or (name in declared.changes.values and name != end):
                 problems.append(f"{name} is set twice: leave one out.")
             if name != "trouble":
-                names[name] = 0
+                names[name] = first
     try:
         wiring.with_values(names)
     except WiringError as error:
@@ -107,6 +116,9 @@ def _column(
     if found is None:
         return np.zeros(0)
     distribution, is_discrete = found
+    if variable.type not in _DTYPES:
+        problems.append(f"[vary] {end} is of type {variable.type}: take a list.")
+        return np.zeros(0)
     if variable.type != "Real" and not is_discrete:
         cure = "randint or bernoulli" if variable.type == "Boolean" else "randint"
         problems.append(f"[vary] {end} is of type {variable.type}: take a discrete distribution, as {cure}, or a list.")
@@ -147,17 +159,16 @@ def _array(end: str, values: tuple[Any, ...], variable: ModelVariable, problems:
     """Return the values of a list in the type of the variable."""
     if variable is None:
         return np.array(values, dtype=object)
-    right: dict[str, tuple[type, ...]] = {"Real": (int, float), "Integer": (int,), "Boolean": (bool,)}
-    if wrong := [value for value in values if type(value) not in right[variable.type]]:
-        kind = {"Real": "numbers", "Integer": "whole numbers", "Boolean": "true or false"}[variable.type]
+    type_, kind, dtype = _LISTS[variable.type]
+    if wrong := [value for value in values if type(value) not in type_]:
         problems.append(f"{end} is of type {variable.type}: expected {kind}, got {wrong[0]!r}.")
         return np.zeros(0)
-    return np.array(values, dtype=_DTYPES[variable.type])
+    return np.array(values, dtype=dtype)
 
 
 def _beyond(end: str, variable: ModelVariable, column: NDArray[Any]) -> list[str]:
     """Return a sentence if values are beyond what the FMU declares."""
-    if variable.type == "Boolean":
+    if variable.type not in ("Real", "Integer"):
         return []
     least = -np.inf if variable.min is None else float(variable.min)
     most = np.inf if variable.max is None else float(variable.max)
