@@ -8,7 +8,7 @@ from pythonfmu.builder import FmuBuilder
 from fmu import Fmu
 from rov_cosim.exporters.build import components, fmu_path, project_root
 from rov_cosim.study import archives as building
-from rov_cosim.study.campaign import wired
+from rov_cosim.study.matrix import wired
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.fleet import CONTROLLERS
 

@@ -7,7 +7,7 @@ from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.vehicle import FORCES
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp.wiring import WiringError
-from rov_cosim.study.campaign import Cell, run_all, wired
+from rov_cosim.study.matrix import Cell, run_all, wired
 from rov_cosim.systems import fleet, station_keeping
 from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, holding, parameters_of
 from typed import call

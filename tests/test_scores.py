@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rov_cosim.master.simulation import simulate
-from rov_cosim.study.campaign import score_of
+from rov_cosim.study.campaign.case import score_of
+from rov_cosim.study.changes import Changes
 from rov_cosim.study.scores import LOST, OFFSET, SWAY, score
 
 VEHICLE = "bluerov2"
@@ -104,12 +105,12 @@ def test_a_score_has_the_figures_of_the_hold(still, loop):
 
 
 def test_pd_estimates_nothing(loops):
-    assert score_of(loops[VEHICLE, "pd"], "still_water").wrong_force is None
+    assert score_of(loops[VEHICLE, "pd"], Changes(troubles=("still_water",))).wrong_force is None
 
 
 def test_the_estimate_of_the_others_comes_to_the_disturbance(loops):
     for controller in ("adaptive_pd", "pid"):
-        found = score_of(loops[VEHICLE, controller], "still_water")
+        found = score_of(loops[VEHICLE, controller], Changes(troubles=("still_water",)))
         assert found.wrong_force < 0.1  # of 2 to 4 N
         assert found.wrong_moment < 0.01
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rov_cosim.master.simulation import simulate
-from rov_cosim.study.campaign import Cell, run_all, wired
+from rov_cosim.study.matrix import Cell, run_all, wired
 from rov_cosim.study.nominal import DoesNotApplyError
 from rov_cosim.study.troubles import ONSET, TROUBLES
 from rov_cosim.systems.fleet import VEHICLES

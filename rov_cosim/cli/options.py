@@ -1,6 +1,7 @@
 """The options and arguments that several commands share."""
 
 import functools
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
@@ -187,6 +188,12 @@ def settings(command: Callable[..., None]) -> Callable[..., None]:
     return functools.reduce(lambda wrapped, option: option(wrapped), reversed(_SETTINGS), gathered)
 
 
+jobs = click.option(
+    "--jobs", type=click.IntRange(min=1), default=os.cpu_count() or 1, help="Processes; one a core if left out."
+)
+scheduler = click.option(
+    "--scheduler", default="", metavar="ADDRESS", help="Run on the workers of a Dask cluster, not on this machine."
+)
 fail_on = click.option(
     "--fail-on", type=click.Choice(VERDICTS[1:]), help="End with status 1 if the verdict is this one or a worse one."
 )

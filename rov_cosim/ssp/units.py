@@ -7,6 +7,7 @@ from fmpy.model_description import BaseUnit, ModelDescription, Unit
 
 from ..errors import UserError
 from ..exporters.model_description import UNITS
+from .remembered import remembered
 
 Base = tuple[float, ...]
 """Exponents of the base units, factor and offset: what a unit means."""
@@ -31,7 +32,8 @@ KNOWN: dict[str, Base] = {
 """What a name means where it is not defined: many tools name units and leave the definition out."""
 
 
-def units_of(description: ModelDescription) -> dict[str, Base]:
+@remembered
+def units_of(description: ModelDescription) -> Mapping[str, Base]:
     """Return what the units that an FMU defines mean, by name."""
     return {unit.name: base_of(unit.baseUnit) for unit in description.unitDefinitions if unit.baseUnit is not None}
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from fmpy.model_description import ModelDescription, ModelVariable
 
 from ..errors import UserError
+from .remembered import remembered
 from .units import conversion, units_of
 from .values import Value, is_settable, parse, value_of
 
@@ -58,10 +59,10 @@ class Element:
     description: ModelDescription
     start_values: Mapping[str, Value] = field(default_factory=dict)
 
-    @cached_property
-    def variables(self) -> dict[str, ModelVariable]:
+    @property
+    def variables(self) -> Mapping[str, ModelVariable]:
         """Variables by name."""
-        return {variable.name: variable for variable in self.description.modelVariables}
+        return _variables(self.description)
 
     def runs_as(self, other: "Element") -> bool:
         """Tell whether this is another element by another path: name, content of the FMU, and all values."""
@@ -142,7 +143,11 @@ class Wiring:
 
     def link_to(self, end: str) -> Link | None:
         """Return the connection that feeds the input ``element.variable``, or None if there is none."""
-        return next((link for link in self.links if str(link.target) == end), None)
+        return self._links_by_target.get(end)
+
+    @cached_property
+    def _links_by_target(self) -> dict[str, Link]:
+        return {str(link.target): link for link in reversed(self.links)}  # of two to one target, the first
 
     def with_values(self, values: Mapping[str, str | Value]) -> "Wiring":
         """Return the system with other start values, given by ``element.variable``, as values or literals.
@@ -188,6 +193,11 @@ class Wiring:
         hint = f" Did you mean {' or '.join(whole)}?" if whole else suggestion(end, known)
         by_fmu = "" if element else called_by_fmu(name, self.elements, f".{variable}")
         return by_fmu or f"There is no variable {end}.{hint}"
+
+
+@remembered
+def _variables(description: ModelDescription) -> Mapping[str, ModelVariable]:
+    return {variable.name: variable for variable in description.modelVariables}
 
 
 def suggestion(name: str, known: Iterable[str], prefix: str = "") -> str:

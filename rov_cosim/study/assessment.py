@@ -67,8 +67,13 @@ def measured(results: NDArray[Any], wiring: Wiring) -> NDArray[np.bool_]:
 
 def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
     """Return the pose less the set-point, shape (rows, 6), the angles wrapped, of results that are `assessable`."""
+    return errors_of(pose(results, wiring), results, wiring)
+
+
+def errors_of(eta: NDArray[np.float64], results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
+    """Return the `errors` of a `pose` that was read before."""
     set_point = _inputs(results, wiring, f"{controller_of(wiring)}.eta_d")
-    error: NDArray[np.float64] = pose_difference(pose(results, wiring), set_point).T
+    error: NDArray[np.float64] = pose_difference(eta, set_point).T
     return error
 
 
@@ -93,18 +98,23 @@ def axes(results: NDArray[Any], wiring: Wiring) -> list[Axis]:
     for name in AXES:
         e = error[:, POSE.index(name)]
         h = held[:, POSE.index(name)]
-        outside = np.flatnonzero(~(np.abs(e) <= SETTLED[name]))
-        settled = 0 if outside.size == 0 else outside[-1] + 1
         assessed.append(
             Axis(
                 name=name,
-                settling=float(time[settled]) if settled < len(time) else None,
+                settling=settling(time, e, SETTLED[name]),
                 final=float(e[-1]),
                 mean=float(h.mean()),
                 worst=float(np.abs(h).max()),
             )
         )
     return assessed
+
+
+def settling(time: NDArray[np.float64], error: NDArray[np.float64], limit: float) -> float | None:
+    """Return the time after which an error, shape (rows,), stays within a limit; None if it does not at the end."""
+    outside = np.flatnonzero(~(np.abs(error) <= limit))
+    settled = 0 if outside.size == 0 else outside[-1] + 1
+    return float(time[settled]) if settled < len(time) else None
 
 
 def disturbances(results: NDArray[Any], wiring: Wiring) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
@@ -157,9 +167,10 @@ def report(results: NDArray[Any], wiring: Wiring) -> str:
 
 def _element_with(wiring: Wiring, group: str) -> str | None:
     """Return the name of the first element that has all inputs of a pose."""
-    wanted = {f"{group}.{axis}" for axis in POSE}
+    wanted = [f"{group}.{axis}" for axis in POSE]
     for element in wiring.elements:
-        if wanted <= {v.name for v in element.description.modelVariables if v.causality == "input"}:
+        found = (element.variables.get(name) for name in wanted)
+        if all(variable is not None and variable.causality == "input" for variable in found):
             return element.name
     return None
 
@@ -175,8 +186,10 @@ def controller_of(wiring: Wiring) -> str:
 
 
 def _inputs(results: NDArray[Any], wiring: Wiring, group: str) -> NDArray[np.float64]:
-    values = [_input(results, wiring, f"{group}.{axis}") for axis in POSE]
-    return np.stack([np.broadcast_to(value, len(results)) for value in values])
+    values = np.empty((len(POSE), len(results)))
+    for row, axis in zip(values, POSE, strict=True):
+        row[:] = _input(results, wiring, f"{group}.{axis}")
+    return values
 
 
 def _input(results: NDArray[Any], wiring: Wiring, end: str) -> Any:

@@ -9,7 +9,18 @@ from numpy.typing import NDArray
 from ..components.interface import POSE, count
 from ..components.vehicle import N_THRUSTERS
 from ..ssp.wiring import Wiring
-from .assessment import AXES, SETTLED, axes, controller_of, disturbances, errors, hold_begin, in_hold, measured, pose
+from .assessment import (
+    AXES,
+    SETTLED,
+    controller_of,
+    disturbances,
+    errors_of,
+    hold_begin,
+    in_hold,
+    measured,
+    pose,
+    settling,
+)
 
 OFFSET = {"x": 5e-3, "y": 5e-3, "z": 5e-3, "psi": np.radians(1.0)}
 """Mean error in hold, in m and rad, beyond which an axis has an offset; 5 mm is the arm's own error."""
@@ -72,28 +83,30 @@ def score(results: NDArray[Any], wiring: Wiring, failure: str = "") -> Score:
     """Return the score of a run's results, of at least one row; `failure` is why it ended early, if it did."""
     if failure:
         return Score("lost", lost_at=float(results["time"][-1]), reason=failure)
-    controller, held = controller_of(wiring), results[in_hold(results)]
-    error = errors(held, wiring)[:, [POSE.index(axis) for axis in AXES]]
-    mean, rms, worst = error.mean(axis=0), np.sqrt((error**2).mean(axis=0)), np.abs(error).max(axis=0)
-    tilt = float(np.abs(pose(held, wiring)[3:5]).max())
+    controller, begin = controller_of(wiring), int(np.argmax(in_hold(results)))
+    held, eta = results[begin:], pose(results, wiring)
+    error = errors_of(eta, results, wiring)[:, [POSE.index(axis) for axis in AXES]]
+    e = error[begin:]
+    mean, rms, worst = e.mean(axis=0), np.sqrt((e**2).mean(axis=0)), np.abs(e).max(axis=0)
     estimates = disturbances(held, wiring)
     if not any(estimated.any() for estimated, _ in estimates.values()):
         estimates = {}  # a PD controller's zero is no estimate
     wrong = {axis: np.sqrt(np.mean((estimated - true) ** 2)) for axis, (estimated, true) in estimates.items()}
-    settling = [axis.settling for axis in axes(results, wiring)]
-    settled = max((np.inf if s is None else s) for s in settling)
-    lost_at, reason = _loss(results, wiring)
+    settled = [settling(results["time"], error[:, i], SETTLED[axis]) for i, axis in enumerate(AXES)]
+    latest = max((np.inf if s is None else s) for s in settled)
+    commands = _commands(results, controller)
+    lost_at, reason = _loss(results, wiring, eta, error, commands)
     return Score(
-        verdict="lost" if reason else _verdict(mean, error.std(axis=0)),
-        settling=settled if settled <= hold_begin(results) else None,
+        verdict="lost" if reason else _verdict(mean, e.std(axis=0)),
+        settling=latest if latest <= hold_begin(results) else None,
         mean=float(np.abs(mean[:3]).max()),
         rms=float(rms[:3].max()),
         worst=float(worst[:3].max()),
         mean_yaw=float(abs(mean[3])),
         rms_yaw=float(rms[3]),
         worst_yaw=float(worst[3]),
-        tilt=tilt,
-        effort=_effort(held, controller),
+        tilt=float(np.abs(eta[3:5, begin:]).max()),
+        effort=None if commands is None else float(np.sqrt((commands[:, begin:] ** 2).sum(axis=0).mean())),
         saturated=_mean(held, f"{controller}.saturated"),
         wrong_force=float(np.sqrt(sum(wrong[axis] ** 2 for axis in "XYZ"))) if wrong else None,
         wrong_moment=float(wrong["N"]) if wrong else None,
@@ -102,26 +115,32 @@ def score(results: NDArray[Any], wiring: Wiring, failure: str = "") -> Score:
     )
 
 
-def _loss(results: NDArray[Any], wiring: Wiring) -> tuple[float | None, str]:
+def _loss(
+    results: NDArray[Any],
+    wiring: Wiring,
+    eta: NDArray[np.float64],
+    error: NDArray[np.float64],
+    commands: NDArray[np.float64] | None,
+) -> tuple[float | None, str]:
     """Return since when and why the vehicle is lost; None and nothing if it is not."""
-    time, held = results["time"], in_hold(results)
+    time, begin = results["time"], int(np.argmax(in_hold(results)))
     blind = ~measured(results, wiring)
     if blind[time > time[-1] - UNMEASURED].all():
         reason = "the arm is out of reach" if _detached(results, wiring) else "the arm does not measure at the end"
         return float(time[_stretch_begin(blind, len(time) - 1)]), reason
-    error = np.abs(errors(results, wiring)[:, [POSE.index(axis) for axis in AXES]])
-    tilted = np.abs(pose(results, wiring)[3:5]).max(axis=0) > CAPSIZED
-    far = error > [LOST[axis] for axis in AXES]
+    far = np.abs(error) > [LOST[axis] for axis in AXES]
     causes = {
-        "the pose is not finite": ~np.isfinite(pose(results, wiring)).all(axis=0),
-        "a thruster command is not finite": ~_finite_commands(results, controller_of(wiring)),
-        f"{', '.join(name for i, name in enumerate(AXES) if far[held, i].any())} beyond "
+        "the pose is not finite": ~np.isfinite(eta).all(axis=0),
+        "a thruster command is not finite": np.zeros(len(time), bool)
+        if commands is None
+        else ~np.isfinite(commands).all(axis=0),
+        f"{', '.join(name for i, name in enumerate(AXES) if far[begin:, i].any())} beyond "
         f"{LOST['x']:g} m or {np.degrees(LOST['psi']):g} deg": far.any(axis=1),
-        f"tilted beyond {np.degrees(CAPSIZED):g} deg": tilted,
+        f"tilted beyond {np.degrees(CAPSIZED):g} deg": np.abs(eta[3:5]).max(axis=0) > CAPSIZED,
     }
     for reason, lost in causes.items():
-        if lost[held].any():
-            return float(time[_stretch_begin(lost, np.flatnonzero(lost & held)[0])]), reason
+        if lost[begin:].any():
+            return float(time[_stretch_begin(lost, begin + int(np.argmax(lost[begin:])))]), reason
     return None, ""
 
 
@@ -152,16 +171,6 @@ def _commands(results: NDArray[Any], controller: str) -> NDArray[np.float64] | N
     names = [f"{controller}.u[{i}]" for i in count(N_THRUSTERS)]
     there = set(names) <= set(results.dtype.names or ())
     return np.stack([results[name] for name in names]) if there else None
-
-
-def _finite_commands(results: NDArray[Any], controller: str) -> NDArray[np.bool_]:
-    commands = _commands(results, controller)
-    return np.ones(len(results), bool) if commands is None else np.asarray(np.isfinite(commands).all(axis=0))
-
-
-def _effort(held: NDArray[Any], controller: str) -> float | None:
-    commands = _commands(held, controller)
-    return None if commands is None else float(np.sqrt((commands**2).sum(axis=0).mean()))
 
 
 def _mean(held: NDArray[Any], name: str) -> float | None:

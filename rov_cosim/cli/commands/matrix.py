@@ -1,6 +1,5 @@
 """The command `rov-cosim matrix`: runs, tables and picture of vehicles, troubles and controllers."""
 
-import os
 import shlex
 import sys
 from collections import Counter
@@ -11,8 +10,8 @@ from typing import Any
 import click
 from tqdm import tqdm
 
-from ...study.campaign import Campaign, CampaignError, Cell, run_all, wired
 from ...study.changes import Changes
+from ...study.matrix import Cell, Matrix, MatrixError, run_all, wired
 from ...study.runs import file_name, results_folder
 from ...study.score_table import write_scores
 from ...study.scores import VERDICTS
@@ -41,9 +40,8 @@ def _some(name: str, known: Iterable[str], which: str = "Only") -> Callable[[Cal
 @_some("trouble", TROUBLES)
 @_some("system", SYSTEMS, "Besides the vehicles, or alone if none is named,")
 @options.changes_but_troubles
-@click.option(
-    "--jobs", type=click.IntRange(min=1), default=os.cpu_count() or 1, help="Processes; one a core if left out."
-)
+@options.jobs
+@options.scheduler
 @click.option(
     "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV, Markdown and picture."
 )
@@ -55,6 +53,7 @@ def command(
     systems: tuple[str, ...],
     changes: Changes,
     jobs: int,
+    scheduler: str,
     output: Path | None,
     fail_on: str | None,
 ) -> None:
@@ -69,12 +68,12 @@ def command(
     with counted() as warn:
         loops = wired(*chosen, changes, warn, [SYSTEMS[name] for name in systems], say)
     try:
-        found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress)
-    except CampaignError as error:
-        if not error.campaign.scores:
+        found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress, scheduler)
+    except MatrixError as error:
+        if not error.matrix.scores:
             raise
-        _write(error.campaign, folder / f"{stem}-until-interrupted", " ".join(filter(None, (note, f"{error}"))))
-        raise CampaignError(f"{error} The results so far are in {folder}.", error.campaign) from error
+        _write(error.matrix, folder / f"{stem}-until-interrupted", " ".join(filter(None, (note, f"{error}"))))
+        raise MatrixError(f"{error} The results so far are in {folder}.", error.matrix) from error
     if not found.scores:
         raise click.ClickException(f"No trouble applies: {' '.join(dict.fromkeys(found.left_out.values()))}")
     _write(found, folder / stem, note)
@@ -90,15 +89,15 @@ def command(
         options.gate({", ".join(cell): score for cell, score in found.scores.items()}, fail_on)
 
 
-def _write(found: Campaign, path: Path, note: str) -> None:
-    from ...study import campaign_tables  # loads matplotlib, which takes a while
+def _write(found: Matrix, path: Path, note: str) -> None:
+    from ...study import matrix_tables  # loads matplotlib, which takes a while
 
     write_scores(found.scores, Cell._fields, path.with_name(f"{path.name}.csv"))
     command = shlex.join(["rov-cosim", *sys.argv[1:]])
-    page = campaign_tables.markdown(found, command, f"{path.name}.svg", note)
+    page = matrix_tables.markdown(found, command, f"{path.name}.svg", note)
     path.with_name(f"{path.name}.md").write_text(page, encoding="utf-8")
     for suffix in (".png", ".svg"):
-        campaign_tables.draw_heat_map(found, path.with_name(f"{path.name}{suffix}"), note)
+        matrix_tables.draw_heat_map(found, path.with_name(f"{path.name}{suffix}"), note)
     for suffix in (".csv", ".md", ".png", ".svg"):
         click.echo(path.with_name(f"{path.name}{suffix}"))
 

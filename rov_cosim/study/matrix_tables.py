@@ -1,4 +1,4 @@
-"""A campaign on paper: Markdown with a picture and a table a vehicle, a heat map to be read at a glance."""
+"""The matrix on paper: Markdown with a picture and a table a vehicle, a heat map to be read at a glance."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from .campaign import Campaign, Cell
+from .matrix import Cell, Matrix
 from .plots import save
 from .scores import VERDICTS, Score
 from .troubles import TROUBLES
@@ -25,7 +25,7 @@ time after which every axis stays settled; it is empty where the trouble does no
 """
 
 
-def markdown(campaign: Campaign, command: str, picture: str, note: str = "") -> str:
+def markdown(matrix: Matrix, command: str, picture: str, note: str = "") -> str:
     """Return a page with a table for each vehicle: how each controller did in each trouble.
 
     Parameters
@@ -34,30 +34,30 @@ def markdown(campaign: Campaign, command: str, picture: str, note: str = "") -> 
     picture : the name of the heat map.
     note : what is not as in the systems of `fleet`.
     """
-    columns, troubles = _columns(campaign), _troubles(campaign)
+    columns, troubles = _columns(matrix), _troubles(matrix)
     lines = [_HEAD.format(command=command, picture=picture), *([f"{note}\n"] if note else [])]
     for vehicle, controllers in columns.items():
         lines += [f"## {vehicle}", "", f"| | {' | '.join(controllers)} |", "|---" * (1 + len(controllers)) + "|"]
         for trouble in troubles:
-            cells = [_summary(campaign.scores.get(Cell(vehicle, controller, trouble))) for controller in controllers]
+            cells = [_summary(matrix.scores.get(Cell(vehicle, controller, trouble))) for controller in controllers]
             lines.append(f"| {trouble} | {' | '.join(cells)} |")
         lines.append("")
     lines += ["## Troubles", "", "| trouble | what it is |", "|---|---|"]
     lines += [f"| {name} | {TROUBLES[name].description} |" for name in troubles]
-    if campaign.left_out:
+    if matrix.left_out:
         lines += ["", "## What does not apply", "", "| trouble | where | why |", "|---|---|---|"]
         where: dict[tuple[str, str], list[str]] = {}
-        for cell, why in campaign.left_out.items():
+        for cell, why in matrix.left_out.items():
             where.setdefault((cell.trouble, why), []).append(f"{cell.vehicle} {cell.controller}")
         lines += [f"| {trouble} | {', '.join(places)} | {why} |" for (trouble, why), places in where.items()]
     return "\n".join([*lines, ""])
 
 
-def draw_heat_map(campaign: Campaign, path: Path, note: str = "") -> None:
+def draw_heat_map(matrix: Matrix, path: Path, note: str = "") -> None:
     """Draw the verdict of each cell by colour, and its root mean square errors; `note` as in `markdown`."""
-    columns, troubles = _columns(campaign), _troubles(campaign)
+    columns, troubles = _columns(matrix), _troubles(matrix)
     pairs = [(vehicle, controller) for vehicle, controllers in columns.items() for controller in controllers]
-    found = [[campaign.scores.get(Cell(*pair, trouble)) for pair in pairs] for trouble in troubles]
+    found = [[matrix.scores.get(Cell(*pair, trouble)) for pair in pairs] for trouble in troubles]
     verdicts = np.array([[-1 if s is None else VERDICTS.index(s.verdict) for s in row] for row in found])
     figure = Figure(figsize=(max(2.6 + 0.75 * len(pairs), 7.5), 2.4 + 0.27 * len(troubles)), layout="constrained")
     panel = figure.subplots()
@@ -89,16 +89,16 @@ def draw_heat_map(campaign: Campaign, path: Path, note: str = "") -> None:
     save(figure, path, dpi=130)
 
 
-def _columns(campaign: Campaign) -> dict[str, list[str]]:
+def _columns(matrix: Matrix) -> dict[str, list[str]]:
     """Return the controllers of each vehicle, in the order in which they ran."""
     columns: dict[str, list[str]] = {}
-    for vehicle, controller in dict.fromkeys(cell[:2] for cell in (*campaign.scores, *campaign.left_out)):
+    for vehicle, controller in dict.fromkeys(cell[:2] for cell in (*matrix.scores, *matrix.left_out)):
         columns.setdefault(vehicle, []).append(controller)
     return columns
 
 
-def _troubles(campaign: Campaign) -> list[str]:
-    present = {cell.trouble for cell in (*campaign.scores, *campaign.left_out)}
+def _troubles(matrix: Matrix) -> list[str]:
+    present = {cell.trouble for cell in (*matrix.scores, *matrix.left_out)}
     return [name for name in TROUBLES if name in present]
 
 

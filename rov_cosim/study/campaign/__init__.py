@@ -1,0 +1,1 @@
+"""Many runs: drawn, run on workers, recorded as they come, and summed up."""
