@@ -24,8 +24,8 @@ class Copy(NamedTuple):
     sender: int
     receiver: int
     type: str
-    from_: NDArray[np.uintp]
-    to: NDArray[np.uintp]
+    from_: NDArray[np.intp]
+    to: NDArray[np.intp]
     factors: NDArray[Any]
 
 
@@ -58,12 +58,13 @@ class Exchange:
         for group, places in grouped.items():
             froms, tos, factors = (np.array(column) for column in zip(*places, strict=True))
             dtype = slaves[group[1]].inputs[group[2]].values.dtype
-            self.copies.append(Copy(*group, froms.astype(np.uintp), tos.astype(np.uintp), factors.astype(dtype)))
+            self.copies.append(Copy(*group, froms, tos, factors.astype(dtype)))
+        self._into = [[copy for copy in self.copies if copy.receiver == i] for i in range(len(slaves))]
         self.feeds = [Feed(*self._place(end, "inputs")) for end in fed]
         self.dtype = np.dtype([("time", np.float64), *(field for slave in slaves for field in slave.fields)])
-        blocks = [block for slave in slaves for block in slave.outputs.values()]
-        self._grouped = np.dtype([("time", np.float64), *((f"{i}", block.dtype) for i, block in enumerate(blocks))])
-        self._blocks = blocks
+        self._blocks = [block for slave in slaves for block in slave.outputs.values()]
+        columns = [(f"{i}", block.dtype) for i, block in enumerate(self._blocks)]
+        self._grouped = np.dtype([("time", np.float64), *columns])
 
     def _place(self, end: End, direction: str) -> tuple[int, str, int]:
         number = self._number[end.element]
@@ -74,14 +75,13 @@ class Exchange:
 
     def feed(self, slave: Slave, given: NDArray[np.float64] | None, must_be_finite: bool) -> None:
         """Set the fed inputs of a slave from the outputs last read, and from a number for each of `feeds`."""
-        for copy in self.copies:
-            if copy.receiver == slave.number:
-                source = self.slaves[copy.sender].outputs[copy.type].values
-                with np.errstate(over="ignore"):  # the check that follows tells
-                    slave.inputs[copy.type].values[copy.to] = copy.factors * source[copy.from_]
-        for feed, value in zip(self.feeds, () if given is None else given, strict=given is not None):
-            if feed.receiver == slave.number:
-                slave.inputs[feed.type].values[feed.to] = value
+        for copy in self._into[slave.number]:
+            source = self.slaves[copy.sender].outputs[copy.type].values
+            slave.inputs[copy.type].values[copy.to] = copy.factors * source[copy.from_]
+        if given is not None:
+            for feed, value in zip(self.feeds, given, strict=True):
+                if feed.receiver == slave.number:
+                    slave.inputs[feed.type].values[feed.to] = value
         if must_be_finite:
             slave.check_finite(slave.inputs.get("Real"))
         slave.write()
@@ -92,12 +92,17 @@ class Exchange:
         if must_be_finite:
             slave.check_finite(slave.outputs.get("Real"))
 
-    def record(self, time: float, row: NDArray[Any]) -> None:
-        """Record time and all outputs last read in a row: an array of one, of `dtype`."""
-        grouped = row.view(self._grouped)
-        grouped["time"] = time
-        for i, block in enumerate(self._blocks):
-            grouped[f"{i}"] = block.recorded()
+    def recorder(self, rows: NDArray[Any]) -> Callable[[int, float], None]:
+        """Return what records the time and all outputs last read in a row, by its number, of an array of `dtype`."""
+        grouped = rows.view(self._grouped)
+        times, places = grouped["time"], [(grouped[f"{i}"], block) for i, block in enumerate(self._blocks)]
+
+        def record(row: int, time: float) -> None:
+            times[row] = time
+            for column, block in places:
+                column[row] = block.recorded()
+
+        return record
 
 
 GivenRows = NDArray[np.float64] | None
@@ -128,13 +133,13 @@ class InPython:
         `given` is as in `run`, of the first step alone.
         """
         exchange, rows = self.exchange, np.zeros(2, self.exchange.dtype)
-        fed = None if given is None else given[0]
+        record, fed = exchange.recorder(rows), None if given is None else given[0]
         for n in range(PASSES + exchange.n_links):
             for slave in exchange.slaves:
                 exchange.read(slave, False)
             for slave in exchange.slaves:
                 exchange.feed(slave, fed, False)
-            exchange.record(0.0, rows[n % 2 : n % 2 + 1])
+            record(n % 2, 0.0)
             if n and rows[0].tobytes() == rows[1].tobytes():
                 return True
         return False
@@ -143,7 +148,7 @@ class InPython:
         """Read all outputs and record them in an array of one row; SlaveError if that fails."""
         for slave in self.exchange.slaves:
             self.exchange.read(slave, self.steps.must_be_finite)
-        self.exchange.record(self.steps.start_time, row)
+        self.exchange.recorder(row)(0, self.steps.start_time)
         self.watch.recorded = 1
 
     def run(self, first: int, count: int, given: GivenRows, spacing: float, rows: NDArray[Any]) -> None:
@@ -151,16 +156,18 @@ class InPython:
 
         The outputs are recorded, a row each, after the first step at or beyond each multiple of `spacing` steps.
         """
+        record = self.exchange.recorder(rows)
         for n in range(first, first + count):
             self.watch.step = n
             try:
-                self.steps.coupling(self.exchange, n, None if given is None else given[n - first], self.steps)
+                with np.errstate(over="ignore"):  # of a product on a link; what becomes infinite is told
+                    self.steps.coupling(self.exchange, n, None if given is None else given[n - first], self.steps)
             except SlaveError as error:
                 error.step = n
                 raise
             row = rows_after(n, spacing) - rows_after(first, spacing)
             if rows_after(n + 1, spacing) > rows_after(n, spacing):
-                self.exchange.record(self.steps.start_time + (n + 1) * self.steps.step, rows[row : row + 1])
+                record(row, self.steps.start_time + (n + 1) * self.steps.step)
                 self.watch.recorded += 1
 
 

@@ -62,11 +62,16 @@ class Block:
         self.memory = (_CTYPES[type_] * n)()
         self.values = np.frombuffer(self.memory, dtype=np.uintp if type_ == "String" else np.dtype(_CTYPES[type_]))
         self.dtype = np.dtype((_DTYPES[type_], (n,)))
-        self._pointer = cast(self.memory, POINTER(_CTYPES[type_]))
+        self._pointer, self._nothing = cast(self.memory, POINTER(_CTYPES[type_])), np.zeros(n)
 
     def arguments(self, fmu: FMU2Slave) -> tuple[Any, ...]:
         """Return the arguments of the functions that read and set them."""
         return fmu.component, self.references, len(self.names), self._pointer
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether all its values, of Reals, are finite numbers."""
+        return bool(self.values @ self._nothing == 0)
 
     def recorded(self) -> NDArray[Any]:
         """Return the values as they are recorded."""
@@ -93,12 +98,15 @@ class Slave:
         self.number, self.watch, self.rate = number, watch or Watch(), rate or Rate()
         description = element.description
         # FMPy goes to the library's folder meanwhile, and stays there if it does not load.
-        with self._in("l"), _loading, chdir("."):
-            self.fmu = FMU2Slave(
-                instanceName=element.name,
-                guid=description.guid,
-                modelIdentifier=description.coSimulation.modelIdentifier,
-                unzipDirectory=str(folder),
+        with _loading, chdir("."):
+            self.fmu: FMU2Slave = self._call(
+                lambda: FMU2Slave(
+                    instanceName=element.name,
+                    guid=description.guid,
+                    modelIdentifier=description.coSimulation.modelIdentifier,
+                    unzipDirectory=str(folder),
+                ),
+                "l",
             )
         self.outputs: dict[str, Block] = {}
         self.inputs: dict[str, Block] = {}
@@ -110,15 +118,13 @@ class Slave:
         self._log = Log(element.name, warn)
         self.errors = self._log.errors
         try:
-            with self._in("i"):
-                self.fmu.instantiate(callbacks=self._log.callbacks, loggingOn=True)
+            self._call(lambda: self.fmu.instantiate(callbacks=self._log.callbacks, loggingOn=True), "i")
         except Exception as error:  # a plain one of FMPy's
             raise SlaveError(self, " ".join(self.errors) or f"{error} (fmi2Instantiate)") from error
 
     def free(self) -> None:
         """Free the instance; the library stays loaded."""
-        with self._in("F"):
-            self.fmu.fmi2FreeInstance(self.fmu.component)
+        self._call(lambda: self.fmu.fmi2FreeInstance(self.fmu.component), "F")
         self.fmu.component = None
 
     def unload(self) -> None:
@@ -143,13 +149,12 @@ class Slave:
         for name, value in self.element.start_values.items():
             variable = self.element.variables[name]
             type_ = "Integer" if variable.type == "Enumeration" else variable.type
-            with self._in("s", type_):
-                getattr(self.fmu, f"set{type_}")([variable.valueReference], [value])
+            set_ = getattr(self.fmu, f"set{type_}")
+            self._call(set_, "s", type_, [variable.valueReference], [value])
 
     def call(self, function: str, **arguments: Any) -> None:
         """Call a function of the FMU's life by FMPy's name, for example ``terminate``."""
-        with self._in(CALLS[function]):
-            getattr(self.fmu, function)(**arguments)
+        self._call(lambda: getattr(self.fmu, function)(**arguments), CALLS[function])
 
     def read(self) -> None:
         """Read all outputs."""
@@ -161,12 +166,11 @@ class Slave:
 
     def step(self, time: float, step: float) -> None:
         """Advance from `time` by `step`, in s."""
-        with self._in("d"):
-            self.fmu.fmi2DoStep(self.fmu.component, time, step, fmi2True)
+        self._call(self.fmu.fmi2DoStep, "d", "Real", self.fmu.component, time, step, fmi2True)
 
     def check_finite(self, block: Block | None) -> None:
         """Raise SlaveError if a value of a block is not finite."""
-        if block is None or np.isfinite(block.values).all():
+        if block is None or block.is_finite:
             return
         raise self.not_finite(block, int(np.flatnonzero(~np.isfinite(block.values))[0]))
 
@@ -184,19 +188,19 @@ class Slave:
 
     def _transfer(self, way: str, blocks: dict[str, Block]) -> None:
         for type_, block in blocks.items():
-            with self._in(way[0].lower(), type_):
-                getattr(self.fmu, f"fmi2{way}{type_}")(*block.arguments(self.fmu))
+            function = getattr(self.fmu, f"fmi2{way}{type_}")
+            self._call(function, way[0].lower(), type_, *block.arguments(self.fmu))
 
-    @contextmanager
-    def _in(self, call: str, type_: str = TYPES[0]) -> Iterator[None]:
-        """Tell the watch of a call, and of its failure in words."""
-        self.watch.slave, self.watch.call, self.watch.type = self.number, ord(call), TYPES.index(type_)
+    def _call(self, function: Callable[..., Any], call: str, type_: str = "Real", *arguments: Any) -> Any:
+        """Call a function of the FMU; the watch is told of it by a letter, and its failure is told in words."""
+        watch = self.watch
+        watch.slave, watch.type, watch.call = self.number, TYPES.index(type_), ord(call)
         try:
-            yield
+            return function(*arguments)
         except FMICallException as error:
             raise self.failed(error.function, error.status) from error
         finally:
-            self.watch.call = 0
+            watch.call = 0
 
     @property
     def fields(self) -> list[tuple[str, Any]]:
