@@ -130,13 +130,13 @@ def idle(wiring: Wiring) -> Iterator[Folders]:
         yield folders
 
 
-def command(*words: str) -> tuple[float, float]:
+def command(*words: str, rounds: int = ROUNDS) -> tuple[float, float]:
     """Return the wall time in s and the peak memory in MB of a command of this environment."""
     program = Path(sys.executable).with_name(words[0])
     # By a small process between, for a child's peak begins with the memory of what started it.
     launched = [sys.executable, "-c", _LAUNCH, str(program), *words[1:]]
     costs = []
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         printed = subprocess.run(launched, capture_output=True, encoding="utf-8", check=True).stdout.split()
         costs.append((float(printed[0]), float(printed[1]) / (1024**2 if sys.platform == "darwin" else 1024)))
     return min(costs)

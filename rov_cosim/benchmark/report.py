@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from importlib.util import find_spec
 from math import isnan
 from pathlib import Path
 
@@ -26,6 +27,9 @@ Ways = dict[str, costs.Cost | None]
 TRACED, DRAWN, DO_STEP = "C: traced functions, bare", "C: the same, and the noise drawn", "C: native fmi2DoStep"
 IN_NUMPY = "native FMUs, steps in NumPy"
 DO_NOTHING = "FMUs that do nothing"
+
+RUNS, DURATION = 1024, 60.0
+"""Runs of the campaign that is measured, and the time in s that each simulates."""
 
 EVERY = 100
 SPARSE = f"the same, recorded every {EVERY} steps"
@@ -76,6 +80,17 @@ def report(system: System, folder: str) -> Iterator[str]:
         yield _row(label, [f"{after:.2f}"])
 
     yield ""
+    yield _row(f"rov-cosim campaign, {os.cpu_count()} workers", ["wall time, s", "ms a run"])
+    each = None
+    if find_spec("distributed"):
+        start, whole = (_campaign(system, runs, Path(folder)) for runs in (2, RUNS))
+        each = (whole - start) / (RUNS - 2)
+        yield _row("2 runs: start-up, report and picture", [f"{start:.1f}"])
+        yield _row(f"{RUNS} runs of {DURATION:g} s", [f"{whole:.1f}", f"{1e3 * each:.1f}"])
+    else:
+        yield _row(f"{RUNS} runs of {DURATION:g} s", ["not installed"])
+
+    yield ""
     yield _row("ratio", [])
     native = loops[_of("native")]
     yield _row("pythonfmu loop : native loop", [f"{loops[_of('pythonfmu')] / native:.1f}"])
@@ -89,6 +104,21 @@ def report(system: System, folder: str) -> Iterator[str]:
         bare, _, fmi = best[name]
         yield _row(f"fmi2DoStep of {name} : traced functions", [f"{fmi / bare:.2f}", f"+ {1e9 * (fmi - bare):.0f} ns"])
     yield _row("start-up : fmpy simulate", [f"{walls[1] / walls[0]:.2f}"])
+    if each is not None:
+        stepping = DURATION / system.step_size * native / (os.cpu_count() or 1)
+        yield _row("a campaign's run : its steps, on all cores", [f"{each / stepping:.2f}"])
+
+
+def _campaign(system: System, runs: int, folder: Path) -> float:
+    """Return the wall time in s of a campaign of so many runs, of gains drawn at random."""
+    file = folder / f"gains_{runs}.toml"
+    gains = "".join(
+        f'"controller.K_P.{axis}" = {{ distribution = "uniform", loc = 60.0, scale = 40.0 }}\n' for axis in "xyz"
+    )
+    file.write_text(
+        f'system = "{system.name}"\nruns = {runs}\nseed = 1\nstop_time = {DURATION}\n[vary]\n{gains}', encoding="utf-8"
+    )
+    return costs.command("rov-cosim", "campaign", str(file), "--fresh", "--output", str(folder), rounds=1)[0]
 
 
 @contextmanager
