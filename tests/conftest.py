@@ -6,36 +6,47 @@ import pytest
 from pythonfmu.builder import FmuBuilder
 
 from fmu import Fmu
-from rov_cosim.exporters.build import components, fmu_path, project_root
+from rov_cosim.exporters.build import build_fmus, components, fmu_path, project_root
 from rov_cosim.study import archives as building
 from rov_cosim.study.matrix import wired
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.fleet import CONTROLLERS
 
 
-@pytest.fixture(scope="session")
-def archives() -> dict[str, Path]:
-    """Build everything; return the SSP archives by system name."""
-    building.build(*SYSTEMS.values())
-    return {name: building.ssp_path(name) for name in SYSTEMS}
+class Archives(dict[str, Path]):
+    """SSP archives by system name, each built when it is asked for."""
+
+    def __init__(self, export: str) -> None:
+        self._export = export
+
+    def __missing__(self, name: str) -> Path:
+        building.build(SYSTEMS[name], export=self._export)
+        return self.setdefault(name, building.ssp_path(name, self._export))
 
 
 @pytest.fixture(scope="session")
-def fmus(archives) -> dict[str, Path]:
-    """Return the native FMUs by component name."""
+def archives(fmus) -> dict[str, Path]:
+    """Return the SSP archives by system name."""
+    return Archives("native")
+
+
+@pytest.fixture(scope="session")
+def python_archives(python_fmus) -> dict[str, Path]:
+    """Return the SSP archives with pythonfmu FMUs by system name."""
+    return Archives("pythonfmu")
+
+
+@pytest.fixture(scope="session")
+def fmus() -> dict[str, Path]:
+    """Build the native FMUs of all components; return them by component name."""
+    build_fmus(project_root())
     return {name: fmu_path(project_root(), name) for name in components()}
 
 
 @pytest.fixture(scope="session")
-def python_archives() -> dict[str, Path]:
-    """Return the SSP archives with pythonfmu FMUs by system name."""
-    building.build(*SYSTEMS.values(), export="pythonfmu")
-    return {name: building.ssp_path(name, "pythonfmu") for name in SYSTEMS}
-
-
-@pytest.fixture(scope="session")
-def python_fmus(python_archives) -> dict[str, Path]:
-    """Return the pythonfmu FMUs by component name."""
+def python_fmus() -> dict[str, Path]:
+    """Build the pythonfmu FMUs of all components; return them by component name."""
+    build_fmus(project_root(), "pythonfmu")
     return {name: fmu_path(project_root(), name, "pythonfmu") for name in components()}
 
 

@@ -250,7 +250,7 @@ def test_each_log_category_can_be_chosen(native):
 def test_without_debug_logging_errors_are_told_and_warnings_are_not(native):
     one = native("passive_arm")
     one.fmu.fmi2FreeInstance(one.fmu.component)
-    one.fmu.instantiate(callbacks=one.slave._callbacks, loggingOn=False)
+    one.fmu.instantiate(callbacks=one.slave.log.callbacks, loggingOn=False)
     one.set({"eta.x": 9.0})
     one.start()
     assert one.warnings == []

@@ -115,10 +115,10 @@ class Slave:
     def instantiate(self, element: Element, warn: Callable[[str], None]) -> None:
         """Make an instance, in place of an earlier one if there was; its element may have other start values."""
         self.element = element
-        self._log = Log(element.name, warn)
-        self.errors = self._log.errors
+        self.log = Log(element.name, warn)
+        self.errors = self.log.errors
         try:
-            self._call(lambda: self.fmu.instantiate(callbacks=self._log.callbacks, loggingOn=True), "i")
+            self._call(lambda: self.fmu.instantiate(callbacks=self.log.callbacks, loggingOn=True), "i")
         except Exception as error:  # a plain one of FMPy's
             raise SlaveError(self, " ".join(self.errors) or f"{error} (fmi2Instantiate)") from error
 
