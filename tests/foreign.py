@@ -27,6 +27,11 @@ _DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <ScalarVariable name="file" valueReference="0" causality="parameter" variability="fixed">
 <String start=""/></ScalarVariable>
 <ScalarVariable name="text" valueReference="1" causality="output" variability="discrete"><String/></ScalarVariable>
+<ScalarVariable name="select" valueReference="2" causality="input" variability="discrete">
+<Integer start="0"/></ScalarVariable>
+<ScalarVariable name="selected" valueReference="3" causality="output" variability="discrete"><Integer/></ScalarVariable>
+<ScalarVariable name="word" valueReference="0" causality="input" variability="discrete">
+<String start=""/></ScalarVariable>
 </ModelVariables>
 <ModelStructure><Outputs>{outputs}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns></ModelStructure>
 </fmiModelDescription>
@@ -43,8 +48,8 @@ def library() -> bytes:
 
 def write(path: Path, binary: bytes, flags: str = ANY_STEP, experiment: str = 'stopTime="1"') -> Path:
     """Write the FMU with some flags of its CoSimulation element and its DefaultExperiment."""
-    outputs = "".join(f'<Unknown index="{i}" dependencies=""/>' for i in (1, 3, 4, 5, 6, 8, 10))
-    unknowns = "".join(f'<Unknown index="{i}"/>' for i in (1, 3, 4, 6, 8, 10))
+    outputs = "".join(f'<Unknown index="{i}" dependencies=""/>' for i in (1, 3, 4, 5, 6, 8, 10, 12))
+    unknowns = "".join(f'<Unknown index="{i}"/>' for i in (1, 3, 4, 6, 8, 10, 12))
     text = _DESCRIPTION.format(flags=flags, experiment=experiment, outputs=outputs, unknowns=unknowns)
     platform = zig.host_platform()
     place = f"binaries/{platform}/foreign{zig.SUFFIXES[platform]}"

@@ -4,7 +4,10 @@ import csv
 import os
 import re
 import signal
+import tempfile
+import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +20,7 @@ from rov_cosim.master.exchange import gauss_seidel, jacobi
 from rov_cosim.master.instances import Instances
 from rov_cosim.master.simulation import SimulationError, simulate
 from rov_cosim.ssp.declaration import wire
-from rov_cosim.ssp.wiring import WiringError
+from rov_cosim.ssp.wiring import End, Link, WiringError
 from rov_cosim.systems.catalogue import SYSTEMS
 from typed import call, ok, one_line
 
@@ -144,6 +147,30 @@ def test_both_ways_to_step_are_equal_in_every_type_and_rate(make):
 
 
 @IN_BOTH
+def test_a_string_lasts_until_it_is_recorded(make, in_numpy):
+    results = simulate(foreign.pair(make(), make()), in_numpy=in_numpy)
+    assert set(results["b.text"]) == {b""}
+    wiring = foreign.pair(make(), make())
+    named = replace(wiring, elements=tuple(replace(e, start_values={"file": f"of {e.name}"}) for e in wiring.elements))
+    assert set(simulate(named, in_numpy=in_numpy)["b.text"]) == {b"of b"}
+
+
+def test_strings_are_not_handed_on(make):
+    wiring = foreign.pair(make(), make())
+    link = Link(End("a", "text"), End("b", "word"))
+    with pytest.raises(WiringError, match="Strings are not handed on"):
+        simulate(replace(wiring, links=(link,)))
+
+
+@IN_BOTH
+def test_a_held_input_changes_at_the_time_of_its_row(make, in_numpy):
+    times = np.arange(0.0, 0.3, 0.03)
+    table = np.array([(0.0, 1.0), (0.27, 2.0)], [("time", float), ("a.select", float)])
+    results = simulate(foreign.alone(make()), inputs=table, in_numpy=in_numpy)
+    assert results["a.selected"][1:].tolist() == [1 if n < 9 else 2 for n in range(len(times))]
+
+
+@IN_BOTH
 def test_inputs_follow_a_table_linear_where_they_are_continuous(make, in_numpy):
     table = np.array([(0.1, 1.0), (0.2, 3.0)], [("time", float), ("a.u", float)])
     results = simulate(foreign.alone(make()), inputs=table, in_numpy=in_numpy)
@@ -159,6 +186,8 @@ def test_inputs_follow_a_table_linear_where_they_are_continuous(make, in_numpy):
         (("t", "a.u"), [(0, 1)], "first column is not `time`"),
         (("time", "a.u"), [(0, np.nan)], r"column a\.u has a value that is not a finite number"),
         (("time", "a.u"), [(1, 1), (0, 1)], "the time goes back"),
+        (("time", "a.select"), [(0, 0.5)], r"column a\.select has a value that is no Integer"),
+        (("time", "a.select"), [(0, 1e10)], r"column a\.select has a value that is no Integer"),
         (("time", "b.u"), [(0, 1)], r"b\.u is connected: its value comes from a\.t"),
     ],
 )
@@ -279,6 +308,45 @@ def test_a_file_that_is_no_table_is_named(make, tmp_path, text):
     done = call("run", archive, "--input", tmp_path / "u.csv", "--output", tmp_path)
     assert done.exit_code == 1
     assert "table of inputs" in one_line(done)
+
+
+def test_an_element_of_an_inner_system_is_fed_by_its_whole_name(make):
+    table = np.array([(0.0, 4.0)], [("time", float), ("inner.a.u", float)])
+    assert set(simulate(foreign.alone(make(), "inner.a"), inputs=table)["inner.a.y"][1:]) == {4.0}
+
+
+@IN_BOTH
+def test_a_run_that_is_told_to_stop_before_its_first_step_is_no_failure(make, in_numpy):
+    stopped = memory.Memory()
+    stopped.watch.stop = 1
+    told, results = failure(foreign.alone(make()), memory=stopped, in_numpy=in_numpy)
+    assert told == "Interrupted at 0 s."
+    assert len(results) == 1
+
+
+@pytest.mark.parametrize("in_numpy", [False, True])
+def test_ctrl_c_while_the_process_begins_is_not_lost(make, in_numpy):
+    timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    stop_time = 3e3 if in_numpy else 3e5
+    told, _ = failure(foreign.alone(make(), stop_time=stop_time), simulate_apart, in_numpy=in_numpy)
+    timer.join()
+    assert told.startswith("Interrupted at ")
+
+
+@pytest.mark.parametrize("name", ["crash_in_step", "hang_in_step", "a"])
+def test_a_run_apart_leaves_no_folder_whatever_its_end(make, name, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    fmu, before = make(), sorted(tmp_path.iterdir())
+    with suppress(SimulationError):
+        simulate_apart(foreign.alone(fmu, name), timeout=2.0 if name.startswith("hang") else None)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_modules_of_the_users_folder_are_not_imported(make, tmp_path, monkeypatch):
+    (tmp_path / "random.py").write_text("raise SystemExit(9)", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert len(simulate_apart(foreign.alone(make()))) == 11
 
 
 def test_ctrl_c_ends_a_run_apart_with_its_results(make):

@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 
 from rov_cosim.exporters import archive
-from rov_cosim.master.exchange import gauss_seidel, jacobi
+from rov_cosim.master.exchange import Steps, gauss_seidel, jacobi
+from rov_cosim.master.in_c import in_c
+from rov_cosim.master.instances import Instances
 from rov_cosim.master.interrupts import deferred
+from rov_cosim.master.memory import Watch
 from rov_cosim.master.simulation import SimulationError, simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp.declaration import System, wire
@@ -124,6 +127,13 @@ def test_the_steps_in_c_are_those_in_python_to_the_last_bit(fmus, name, coupling
     assert np.array_equal(
         simulate(wiring, coupling, stop_time=6.0), simulate(wiring, coupling, stop_time=6.0, in_numpy=True)
     )
+
+
+def test_the_steps_are_those_in_c_where_there_is_a_compiler(fmus):
+    with Instances(wiring := wire(SYSTEMS["station_keeping"], fmus)) as instances:
+        exchange = instances.exchange(wiring, (), lambda message: None)
+        for coupling in (jacobi, gauss_seidel):
+            assert in_c(exchange, Steps(coupling, 0.0, 0.03, True), Watch()) is not None
 
 
 def test_factors_are_handed_on_in_c_as_in_python(plain_gain):

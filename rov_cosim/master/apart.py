@@ -11,9 +11,11 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from threading import Thread
 from time import monotonic
@@ -73,13 +75,12 @@ def simulate_apart(
         child = _Child(folder, warn)
         n_steps = max(int((wiring.stop_time - wiring.start_time) / wiring.step_size), 1)
         try:
-            for n in progress(range(n_steps)):
-                if interrupted:
-                    break
-                while child.is_running and child.watch.step <= n:
-                    child.wait(interrupted, timeout)
+            shown, seen = iter(progress(range(n_steps))), 0
             while child.is_running:
                 child.wait(interrupted, timeout)
+                taken = min(child.watch.step, n_steps)
+                deque(islice(shown, max(taken - seen, 0)), maxlen=0)
+                seen = max(seen, taken)
         finally:
             child.close()
         return child.outcome(wiring)
@@ -90,12 +91,12 @@ class _Child:
 
     def __init__(self, folder: Path, warn: Callable[[str], None]) -> None:
         self._folder, self._warn, self._read = folder, warn, 0
-        # Its standard input ends with this process; Ctrl-C is answered here alone.
-        command = [sys.executable, "-m", __name__, str(folder)]
+        # Its standard input ends with this process; Ctrl-C is answered here alone; no module is of the user's folder.
+        command = [sys.executable, "-P", "-m", __name__, str(folder)]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
         self.watch = Watch()
         self._shared: Watch | None = None
-        self._at, self._since = (0, 0, 0), monotonic()
+        self._at, self._since = (0, 0, 0, 0), monotonic()
         self._told, self._limit = 0.0, 0.0
 
     @property
@@ -108,24 +109,31 @@ class _Child:
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(_LOOK)
         self._look()
-        if interrupted and not self._told:
-            self.watch.stop, self._told = 1, monotonic()
-        at = self.watch.step, self.watch.slave, self.watch.call
+        if interrupted:
+            self._told = self._told or monotonic()
+            self.watch.stop = 1  # at each look, for the process may have begun to look since
+        at = self.watch.step, self.watch.slave, self.watch.call, self.watch.variable
         if at != self._at:
             self._at, self._since = at, monotonic()
         if timeout is not None and self.watch.call and monotonic() - self._since > timeout:
             self._limit = timeout
         if self._limit or (self._told and monotonic() - self._told > _PATIENCE):
-            self._process.kill()
-            self._process.wait()
+            self._kill()
 
     def close(self) -> None:
         """End the process if it has not ended, and take in what it left."""
-        self._process.kill()
-        self._process.wait()
+        self._kill()
         assert self._process.stdin
         self._process.stdin.close()
         self._look()
+
+    def _kill(self) -> None:
+        """Kill the process, and what an FMU started in it."""
+        if hasattr(os, "killpg"):
+            with suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.kill()
+        self._process.wait()
 
     def outcome(self, wiring: Wiring) -> NDArray[Any]:
         """Return the results of the process, or raise what it raised, or what it died of."""
@@ -180,6 +188,7 @@ _FUNCTIONS = {
 
 def _run(folder: Path) -> None:
     """Run the task in a folder: what the process does."""
+    tempfile.tempdir = str(folder)  # what is unpacked goes with the folder, however this process ends
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=lambda: (sys.stdin.read(), os._exit(1)), daemon=True).start()  # the other process has ended
     told = 0

@@ -127,6 +127,7 @@ class InPython:
     def __init__(self, exchange: Exchange, steps: Steps, watch: Watch) -> None:
         self.exchange, self.steps, self.watch = exchange, steps, watch
 
+    @np.errstate(over="ignore")  # of a product on a link; what becomes infinite is told
     def settle(self, given: GivenRows) -> bool:
         """Hand initial outputs on until no value changes any more; tell whether that came to pass.
 
@@ -137,9 +138,9 @@ class InPython:
         for n in range(PASSES + exchange.n_links):
             for slave in exchange.slaves:
                 exchange.read(slave, False)
+            record(n % 2, 0.0)  # first, for a String lasts until the next call of its FMU
             for slave in exchange.slaves:
                 exchange.feed(slave, fed, False)
-            record(n % 2, 0.0)
             if n and rows[0].tobytes() == rows[1].tobytes():
                 return True
         return False
@@ -151,6 +152,7 @@ class InPython:
         self.exchange.recorder(row)(0, self.steps.start_time)
         self.watch.recorded = 1
 
+    @np.errstate(over="ignore")
     def run(self, first: int, count: int, given: GivenRows, spacing: float, rows: NDArray[Any]) -> None:
         """Take `count` steps from the step `first` on; SlaveError if one fails, with its number.
 
@@ -160,8 +162,7 @@ class InPython:
         for n in range(first, first + count):
             self.watch.step = n
             try:
-                with np.errstate(over="ignore"):  # of a product on a link; what becomes infinite is told
-                    self.steps.coupling(self.exchange, n, None if given is None else given[n - first], self.steps)
+                self.steps.coupling(self.exchange, n, None if given is None else given[n - first], self.steps)
             except SlaveError as error:
                 error.step = n
                 raise

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..ssp.values import LARGEST_INTEGER
 from ..ssp.wiring import End, Wiring, suggestion
 
 _FED = ("Real", "Integer", "Boolean", "Enumeration")
@@ -29,11 +30,18 @@ def problems_of_given(table: NDArray[Any], wiring: Wiring) -> Iterator[str]:
             yield f"The table of inputs: {name} is a {variable.type} {variable.causality}; expected an input."
         elif link := wiring.link_to(name):
             yield f"The table of inputs: {name} is connected: its value comes from {link.source}."
+        elif variable.type != "Real" and not _are_of(variable.type, table[name]):
+            yield f"The table of inputs: the column {name} has a value that is no {variable.type}."
     for name in names:
         if table.dtype[name].kind not in "fiub" or not np.isfinite(table[name]).all():
             yield f"The table of inputs: the column {name} has a value that is not a finite number."
         elif name == "time" and (np.diff(table["time"]) < 0).any():
             yield "The table of inputs: the time goes back; expected rows in order of time."
+
+
+def _are_of(type_: str, column: NDArray[Any]) -> bool:
+    least, most = (0, 1) if type_ == "Boolean" else (-LARGEST_INTEGER, LARGEST_INTEGER)
+    return bool(np.all((column >= least) & (column <= most) & (column == np.floor(column))))
 
 
 class Given:
@@ -43,9 +51,10 @@ class Given:
     """
 
     def __init__(self, table: NDArray[Any], wiring: Wiring) -> None:
-        self.ends = [End(*name.split(".", 1)) for name in (table.dtype.names or ())[1:]]
-        elements = {element.name: element for element in wiring.elements}
-        variables = [elements[end.element].variables[end.variable] for end in self.ends]
+        parted = [wiring.parted(name) for name in (table.dtype.names or ())[1:]]
+        self.ends = [End(element.name, name) for element, name in parted if element]
+        variables = [element.variables[name] for element, name in parted if element]
+        self._tolerance = 1e-9 * wiring.step_size
         self._linear = [v.type == "Real" and v.variability in (None, "continuous") for v in variables]
         self._time = np.asarray(table["time"], np.float64)
         self._columns = [np.asarray(table[str(end)], np.float64) for end in self.ends]
@@ -53,7 +62,8 @@ class Given:
     def at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the values at some times in s, a row a time, a column for each of `ends`."""
         values = np.empty((len(times), len(self.ends)))
-        held = np.maximum(np.searchsorted(self._time, times, side="right") - 1, 0)
+        # A time is a product, and may be just below the number that the table has.
+        held = np.maximum(np.searchsorted(self._time, times + self._tolerance, side="right") - 1, 0)
         for i, (column, is_linear) in enumerate(zip(self._columns, self._linear, strict=True)):
             values[:, i] = np.interp(times, self._time, column) if is_linear else column[held]
         return values

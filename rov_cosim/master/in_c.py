@@ -135,11 +135,16 @@ class InC:
 
 @cache
 def _library() -> ctypes.CDLL | None:
-    """Return the compiled loop, or None where there is no compiler for this machine."""
+    """Return the compiled loop, or None where there is no compiler for this machine; BuildError if it fails."""
     source = {name: (files(__package__) / "c" / name).read_bytes() for name in ("loop.c", "loop.h")}
     try:
-        path = _built(source)
-    except (UserError, ModuleNotFoundError, OSError):
+        zig.host_target()
+        recipe = f"{zig.recipe()}{_OPTIONS}"
+    except (UserError, ModuleNotFoundError):
+        return None
+    try:
+        path = _built(source, recipe)
+    except OSError:  # there is no place for it
         return None
     loaded = ctypes.CDLL(str(path))
     loaded.settle.restype = loaded.begin.restype = c_int
@@ -156,10 +161,9 @@ def in_c(exchange: Exchange, steps: Steps, watch: Watch) -> InC | None:
     return InC(library, exchange, steps, watch) if library else None
 
 
-def _built(source: dict[str, bytes]) -> Path:
+def _built(source: dict[str, bytes], recipe: str) -> Path:
     """Return the shared library of the loop, named by what it is made of, so that it is never replaced while in use."""
-    recipe = f"{zig.recipe()}{_OPTIONS}".encode()
-    made_of = sha256(b"".join([*source.values(), recipe])).hexdigest()[:12]
+    made_of = sha256(b"".join([*source.values(), recipe.encode()])).hexdigest()[:12]
     path = project_root() / "build" / "native" / f"loop-{made_of}{zig.SUFFIXES[zig.host_platform()]}"
     if not path.is_file():
         sources = {**source, **zig.standard_headers()}

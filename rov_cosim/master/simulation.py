@@ -143,7 +143,7 @@ class _Run:
         shown = iter(progress(range(self._n_steps)))
         batch, done = 1, 0
         while done < self._n_steps:
-            if interrupted:
+            if interrupted or self._memory.watch.stop:
                 raise KeyboardInterrupt
             begin, end = perf_counter(), min(done + batch, self._n_steps)
             rows = self._rows[rows_after(done, self._spacing) + 1 : rows_after(end, self._spacing) + 1]

@@ -62,7 +62,7 @@ class Block:
         self.memory = (_CTYPES[type_] * n)()
         self.values = np.frombuffer(self.memory, dtype=np.uintp if type_ == "String" else np.dtype(_CTYPES[type_]))
         self.dtype = np.dtype((_DTYPES[type_], (n,)))
-        self._pointer, self._nothing = cast(self.memory, POINTER(_CTYPES[type_])), np.zeros(n)
+        self._pointer = cast(self.memory, POINTER(_CTYPES[type_]))
 
     def arguments(self, fmu: FMU2Slave) -> tuple[Any, ...]:
         """Return the arguments of the functions that read and set them."""
@@ -71,7 +71,7 @@ class Block:
     @property
     def is_finite(self) -> bool:
         """Whether all its values, of Reals, are finite numbers."""
-        return bool(self.values @ self._nothing == 0)
+        return bool(np.isfinite(self.values).all())
 
     def recorded(self) -> NDArray[Any]:
         """Return the values as they are recorded."""

@@ -102,6 +102,8 @@ def _link_problems(wiring: Wiring) -> Iterable[str]:
             types = [variable.type for _, variable in ends]
             if not are_alike(*types):
                 yield f"{where}: type {types[0]} does not match {types[1]}."
+            elif types[0] == "String":
+                yield f"{where}: Strings are not handed on; set the parameter by its value."
             if factor != 1 and (ends[0][1].type != "Real" or not np.isfinite(factor)):
                 yield f"{where}: the factor {factor:g} is not for a {ends[0][1].type}, or not finite."
         if target in driven:

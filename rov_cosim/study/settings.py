@@ -85,7 +85,7 @@ def _read(path: Path) -> NDArray[Any]:
             names, *rows = (row for row in csv.reader(file) if row)
         values = [tuple(float(_NUMBERS.get(text.strip().lower(), text)) for text in row) for row in rows]
         return np.array(values, [(name.strip(), np.float64) for name in names])
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, ValueError, TypeError, csv.Error) as error:
         message = f"{path} is no table of inputs ({error}): expected a head `time,ELEMENT.VARIABLE,...` and numbers."
         raise UserError(message) from None
 

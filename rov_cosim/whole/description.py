@@ -28,7 +28,7 @@ def describe(layout: Layout, identifier: str, can_save: bool) -> ModelDescriptio
             fmiVersion="2.0",
             modelName=wiring.name,
             description=wiring.description or None,
-            generationTool=GENERATION_TOOL,
+            generationTool=GENERATION_TOOL if can_save else f"{GENERATION_TOOL} with FMUs that it loads",
             generationDateAndTime=GENERATED,
             variableNamingConvention="structured",
             logCategories=[Category(name, text) for name, text in LOG_CATEGORIES.items()],

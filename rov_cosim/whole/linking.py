@@ -46,8 +46,8 @@ def _unit(element: Element) -> dict[str, bytes] | None:
     if element.description.generationTool != GENERATION_TOOL:
         return None
     content = archive.read(element.fmu)
-    if content.get("sources/recipe.txt") != zig.recipe().encode():
-        return None
+    if content.get("sources/recipe.txt") != zig.recipe().encode() or "sources/fmi2Functions.h" not in content:
+        return None  # of another compiler, or of a whole system
     name = element.description.coSimulation.modelIdentifier
     code = {
         place.removeprefix("sources/"): data

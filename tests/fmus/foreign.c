@@ -1,7 +1,8 @@
 /* An FMU of another make, whose instance misbehaves as its name says: HOW_in_FUNCTION, from the time 0.1 s on in doStep.
 
    r[0] is the time, r[1] an input, r[2] = r[1] as it was when the last step began, r[3] the number of steps, r[4] a state that can be
-   given, r[5] what cannot be known; i[0] an enumeration, i[1] its copy; s[0] a text, s[1] its copy. */
+   given, r[5] what cannot be known; i[0] an enumeration, i[1] its copy; i[2] an input, i[3] = i[2] as it was when the last step
+   began; s[0] a text, s[1] its copy, which is gone when an input is set: a host may use it until its next call. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +15,7 @@ typedef struct {
     fmi2CallbackFunctions host;
     char name[64], s[2][200];
     double r[6];
-    int i[2];
+    int i[4];
 } Model;
 
 static int in_process; /* instances ever made: what a library keeps to itself */
@@ -127,6 +128,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
         PASS("step");
     m->r[0] = time + step;
     m->r[2] = m->r[1];
+    m->i[3] = m->i[2];
     m->r[3]++;
     return fmi2OK;
 }
@@ -144,6 +146,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference v[], size_t n, 
     Model *m = c;
     if (m->r[0] > 0.1)
         PASS("set");
+    memset(m->s[1], '#', sizeof m->s[1] - 1);
     for (size_t k = 0; k < n; k++)
         m->r[v[k]] = x[k];
     return fmi2OK;

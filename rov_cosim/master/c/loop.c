@@ -95,6 +95,7 @@ static int advance(const Loop *loop, size_t slave, size_t n, volatile Watch *wat
     tell(watch, 'd', slave, 0);
     for (size_t part = 0; part < one->parts; part++) {
         double time = loop->start_time + (double)(n + 1 - one->every) * loop->step + (double)part * step;
+        watch->variable = part;
         if (!fine(one->do_step(one->component, time, step, fmi2True), watch))
             return 0;
     }
@@ -161,10 +162,11 @@ int settle(const Loop *loop, size_t passes, const double *given, char *rows, vol
         for (size_t i = 0; i < loop->n_slaves; i++)
             if (!read(&lenient, i, watch))
                 return -1;
+        record(loop, 0, rows + pass % 2 * loop->row_size); /* first, for a String lasts until the next call of its FMU */
         for (size_t i = 0; i < loop->n_slaves; i++)
             if (!feed(&lenient, i, given, watch))
                 return -1;
-        record(loop, 0, rows + pass % 2 * loop->row_size);
+        watch->call = 0;
         if (pass && !memcmp(rows, rows + loop->row_size, loop->row_size))
             return 1;
     }
@@ -177,6 +179,7 @@ int begin(const Loop *loop, char *row, volatile Watch *watch) {
             return 0;
     record(loop, loop->start_time, row);
     watch->recorded = 1;
+    watch->call = 0;
     return 1;
 }
 

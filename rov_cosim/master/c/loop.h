@@ -64,7 +64,8 @@ typedef struct {
 } Loop;
 
 /* Where the loop is, for whoever watches it, and its word to stop. `call` is 'g', 's', 'd' for get, set, doStep of the slave; of 'n'
-   the value number `variable` of its outputs, of 'f' of its inputs, is not finite; 0 when no call is under way. */
+   the value number `variable` of its outputs, of 'f' of its inputs, is not finite; 0 when no call is under way.
+   Of doStep `variable` is the number of the part. */
 typedef struct {
     size_t step, recorded, slave, type, variable; /* `step` is the number of the step that is being taken, `recorded` that of rows */
     int call, status, stop;

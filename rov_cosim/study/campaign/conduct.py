@@ -76,7 +76,7 @@ def conduct(
         todo, before = [run for run in range(total) if run not in records.scores], len(records.scores)
 
         def runs() -> Generator[int, None, None]:
-            how = (jobs, scheduler, declared.settings)
+            how = (jobs, scheduler, declared.settings, before > 0)
             with closing(engine.run_all({"": wiring}, partial(_case, declared, draws), todo, *how)) as chunks:
                 for scores in chunks:
                     records.add(scores)
@@ -87,9 +87,10 @@ def conduct(
                 with closing(runs()) as done:
                     for _ in progress(done, total, before):
                         pass
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, CampaignError) as error:
+            what = "Interrupted:" if isinstance(error, KeyboardInterrupt) else str(error)
             kept = f"{len(records.scores)} of {total} runs are recorded; the same command goes on from there."
-            raise CampaignError(f"Interrupted: {kept}") from None
+            raise CampaignError(f"{what} {kept}") from None
         passed = {run: passes(score, declared.limits) for run, score in records.scores.items()}
         records.finish(passed)
     order = range(total)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.stats import qmc
 
-from ...ssp.values import Value
+from ...ssp.values import Value, value_of
 from ...ssp.wiring import Wiring, WiringError, suggestion
 from .declared import Declared, Varied
 
@@ -101,8 +101,8 @@ def _unknown(declared: Declared, wiring: Wiring) -> list[str]:
 
 
 def _variable(wiring: Wiring, end: str) -> ModelVariable:
-    name, _, variable = end.partition(".")
-    return None if end == "trouble" else next(e for e in wiring.elements if e.name == name).variables[variable]
+    element, variable = wiring.parted(end)
+    return element.variables[variable] if element else None
 
 
 def _column(
@@ -163,6 +163,12 @@ def _array(end: str, values: tuple[Any, ...], variable: ModelVariable, problems:
     if wrong := [value for value in values if type(value) not in type_]:
         problems.append(f"{end} is of type {variable.type}: expected {kind}, got {wrong[0]!r}.")
         return np.zeros(0)
+    for value in values:
+        try:
+            value_of(str(value), variable)
+        except ValueError as error:
+            problems.append(f"{end}: {error}")
+            return np.zeros(0)
     return np.array(values, dtype=dtype)
 
 

@@ -4,7 +4,8 @@ import logging
 import signal
 from collections import deque
 from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import resource_tracker
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -38,6 +39,7 @@ def run_all(
     jobs: int,
     scheduler: str = "",
     settings: Settings | None = None,
+    any_done: bool = False,
 ) -> Generator[dict[int, Score], None, None]:
     """Yield the scores of runs by number, chunk by chunk as they come.
 
@@ -49,6 +51,7 @@ def run_all(
     jobs : processes on this machine, unless there is a scheduler.
     scheduler : the address of the scheduler of a Dask cluster.
     settings : how a run is taken; always in the worker's own process.
+    any_done : whether others of them have been run before, without the death of a worker.
 
     Raises
     ------
@@ -58,21 +61,26 @@ def run_all(
     with _client(jobs, scheduler) as client:
         client.register_plugin(systems)
         try:
-            yield from _Dispatch(client, systems.name, case, todo).scores()
+            yield from _Dispatch(client, systems.name, case, todo, any_done).scores()
+        except (OSError, CancelledError) as error:
+            raise CampaignError(f"The Dask scheduler is lost: {error}.") from None
         finally:
             if scheduler:
-                client.unregister_worker_plugin(systems.name)
+                with suppress(OSError, CancelledError):
+                    client.unregister_worker_plugin(systems.name)
 
 
 class _Dispatch:
     """Hands chunks out, and takes them in; the runs of a chunk whose worker died are tried again, each alone."""
 
-    def __init__(self, client: Client, name: str, case: Callable[[int], Case], todo: Iterable[int]) -> None:
+    def __init__(
+        self, client: Client, name: str, case: Callable[[int], Case], todo: Iterable[int], any_done: bool
+    ) -> None:
         self._client, self._name, self._case = client, name, case
         self._waiting, self._suspects = deque(todo), deque[int]()
         self._flying: dict[Future[Any], list[int]] = {}
         self._pace = CHUNK  # time in s of a run, by the chunk that came last: the first run of a worker takes longer
-        self._any_done, self._deaths = False, 0
+        self._any_done, self._deaths = any_done, 0
         self._landed = as_completed(loop=client.loop)
 
     def scores(self) -> Iterator[dict[int, Score]]:
@@ -111,6 +119,7 @@ class _Dispatch:
 def _client(jobs: int, scheduler: str) -> Iterator[Client]:
     with ExitStack() as stack:
         if scheduler:
+            logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what is lost is told in a line of ours
             try:
                 client = stack.enter_context(Client(scheduler, timeout="10s", set_as_default=False))
             except (OSError, ValueError) as error:

@@ -38,10 +38,12 @@ struct Elements {
 static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
                         fmi2String format, ...) {
     Voice *voice = environment;
-    Elements *e = voice->elements;
     Message text, named;
     va_list arguments;
     (void)name, (void)category;
+    if (!voice)
+        return; /* an FMU that does not give back what it was given: whose it is cannot be told */
+    Elements *e = voice->elements;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format ? format : "", arguments);
     va_end(arguments);
@@ -76,11 +78,11 @@ static void blame_in_loop(Elements *e, const Watch *watch) {
     static const char *const by_type[] = {"Real", "Integer", "Boolean", "String"};
     const char *element = elements_table[watch->slave].name;
     char function[32], time[NUMBER_SIZE];
-    size_t first = first_output;
-    while (owners[first] != watch->slave)
-        first++;
     number(e->loop.start_time + (double)watch->step * e->loop.step, 9, time);
     if (watch->call == 'n') {
+        size_t first = first_output;
+        while (owners[first] != watch->slave)
+            first++;
         say(e->failure, "%s is not finite after the step from %s s.", name_of((uint32_t)(first + watch->variable)), time);
     } else if (watch->call == 'f') {
         say(e->failure, "%s: the value of a connected input is not finite in the step from %s s.", element, time);

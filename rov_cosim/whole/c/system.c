@@ -132,6 +132,8 @@ int directional_derivative(Instance *instance, const double *du, double *dy) {
 
 int take_parts(Instance *instance, const char *resources) {
     instance->parts = new_elements(resources, instance->now.values, instance->message, heed, instance);
+    if (instance->parts)
+        instance->message[0] = 0; /* a warning is no reason */
     return instance->parts != NULL;
 }
 
