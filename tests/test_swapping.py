@@ -23,6 +23,7 @@ from rov_cosim.ssp.wiring import Element, WiringError
 from rov_cosim.study.assessment import axes, errors, report
 from rov_cosim.study.changes import Changes
 from rov_cosim.study.runs import run as run_system
+from rov_cosim.study.settings import Settings
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.fleet import holding
 from typed import call
@@ -469,7 +470,7 @@ def test_the_command_runs_the_guides_example(archives, foreign, tmp_path):
 def test_python_swaps_as_the_command_does(archives, foreign, tmp_path):
     (tmp_path / "map.toml").write_text(MAP)
     changes = Changes({"rov_plant": foreign}, swap_map.read(tmp_path / "map.toml"))
-    done = run_system(SYSTEMS["station_keeping"], changes, stop_time=0.3, folder=tmp_path)
+    done = run_system(SYSTEMS["station_keeping"], changes, settings=Settings(stop_time=0.3), folder=tmp_path)
     assert "rov_plant.depth" in done.results.dtype.names
 
 
