@@ -151,8 +151,10 @@ def test_ctrl_c_keeps_the_results(archives, tmp_path, monkeypatch):
     monkeypatch.setattr(runs, "_progress", interrupted)
     done = call("run", "station_keeping", "--output", tmp_path)
     assert done.exit_code == 1
-    assert "Interrupted at 0.6 s. The results so far are in" in " ".join(done.output.split())
-    assert len((tmp_path / "station_keeping.csv").read_text(encoding="utf-8").splitlines()) == 1 + 21
+    told = re.search(r"Interrupted at ([\d.]+) s. The results so far are in", " ".join(done.output.split()))
+    rows = (tmp_path / "station_keeping.csv").read_text(encoding="utf-8").splitlines()
+    assert 0.6 <= float(told[1]) < 84.0
+    assert len(rows) == 1 + 1 + round(float(told[1]) / 0.03)
 
 
 @pytest.mark.slow
