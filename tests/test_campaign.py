@@ -118,7 +118,7 @@ def test_an_fmu_that_crashes_in_every_run_ends_the_campaign(fmus, tmp_path, monk
     file = written(tmp_path, CRASHES.replace("1e9", "0.0").replace("2e9", "0.6"))
     done = call("campaign", file, "--jobs", 1, "--output", tmp_path)
     assert done.exit_code == 1
-    assert done.output.endswith("Error: The first 2 runs ended their process, each: an FMU crashes.\n")
+    assert "Error: The first 2 runs ended their process, each: an FMU crashes. " in done.output
 
 
 def command(file, output):

@@ -7,10 +7,14 @@ static const double PI = 3.14159265358979323846;
 
 enum { ROUNDS = 10, WORDS = 4 };
 
+#ifdef __SIZEOF_INT128__
+__extension__ typedef unsigned __int128 Wide; /* which ISO C has not */
+#endif
+
 /* Both halves of a product of 64 bits each. */
 static uint64_t multiply(uint64_t a, uint64_t b, uint64_t *high) {
 #ifdef __SIZEOF_INT128__
-    unsigned __int128 product = (unsigned __int128)a * b;
+    Wide product = (Wide)a * b;
     *high = (uint64_t)(product >> 64);
     return (uint64_t)product;
 #else /* from products of 32 bits: not every compiler has a type of 128 bits */
