@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from rov_cosim.benchmark import report as benchmark_report
 from rov_cosim.exporters.build import components
 from rov_cosim.study import runs
 from rov_cosim.systems.catalogue import SYSTEMS
@@ -69,9 +70,11 @@ def test_compare_draws_several_systems_into_one_figure(archives, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_benchmark_prints_every_table(archives, python_archives):
+def test_the_benchmark_prints_every_table(archives, python_archives, monkeypatch):
+    monkeypatch.setattr(benchmark_report, "TURNS", 3)
+    monkeypatch.setattr(benchmark_report, "RUNS", 16)
     output = ok("benchmark")
-    for heading in ("a communication step of 30 ms", "station_keeping, Jacobi", "command", "ratio"):
+    for heading in ("a communication step of 30 ms", "station_keeping, Jacobi", "command", "16 runs of 60 s", "ratio"):
         assert re.search(heading, output)
     ratios = {line.split("  ")[0]: float(line.split()[-1]) for line in output.splitlines() if " loop : " in line}
     assert len(ratios) == 4
