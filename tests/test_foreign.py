@@ -186,6 +186,7 @@ def test_inputs_follow_a_table_linear_where_they_are_continuous(make, in_numpy):
         (("t", "a.u"), [(0, 1)], "first column is not `time`"),
         (("time", "a.u"), [(0, np.nan)], r"column a\.u has a value that is not a finite number"),
         (("time", "a.u"), [(1, 1), (0, 1)], "the time goes back"),
+        (("time",), [(0,)], "feeds nothing"),
         (("time", "a.select"), [(0, 0.5)], r"column a\.select has a value that is no Integer"),
         (("time", "a.select"), [(0, 1e10)], r"column a\.select has a value that is no Integer"),
         (("time", "b.u"), [(0, 1)], r"b\.u is connected: its value comes from a\.t"),

@@ -181,6 +181,8 @@ def settings(command: Callable[..., None]) -> Callable[..., None]:
     @functools.wraps(command)
     def gathered(**given: Any) -> None:
         taken = {name: given.pop(name) for name in names}
+        if taken["timeout"] is not None and not taken["timeout"] < float("inf"):
+            raise click.BadParameter(f"--timeout is {taken['timeout']}; expected a number of seconds")
         if taken["timeout"] is not None and taken["isolate"] is False:
             raise click.UsageError("--timeout needs a process of its own: leave out --no-isolate.")
         command(settings=Settings(**taken), **given)

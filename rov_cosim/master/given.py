@@ -21,6 +21,8 @@ def problems_of_given(table: NDArray[Any], wiring: Wiring) -> Iterator[str]:
     if not names or names[0] != "time" or len(table) < 1:
         yield "The table of inputs has no rows, or its first column is not `time`."
         return
+    if len(names) == 1:
+        yield "The table of inputs has the column `time` alone, and feeds nothing."
     variables = {f"{e.name}.{v.name}": v for e in wiring.elements for v in e.variables.values()}
     for name in names[1:]:
         variable = variables.get(name)

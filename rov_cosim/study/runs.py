@@ -161,6 +161,8 @@ def run(
     done = replace(done, name=file_name(name or default))
     if not done.failure:
         click.echo(_table(done))
+        if done.score and settings.output_interval:
+            click.echo(f"All of this is of the rows that were recorded, one in {settings.output_interval:g} s.")
     csv = folder / f"{done.name}.csv"
     if len(done.results):
         write_csv(csv, done.results)
