@@ -26,8 +26,8 @@ from ..ssp.wiring import Wiring
 ROUNDS = 3
 """Times that a measurement is repeated; the quickest counts, for other work on the machine only ever slows it down."""
 
-WAYS = ("traced", "traced_and_drawn", "through_fmi")
-"""Ways to step a component in C: the traced functions bare, the same and the noise drawn, and fmi2DoStep."""
+WAYS = ("traced", "prepared", "drawn", "through_fmi")
+"""Ways to step a component in C, as benchmark.c has them."""
 
 _LAUNCH = """
 import resource, subprocess, sys, time

@@ -25,7 +25,13 @@ TURNS = 20
 
 Ways = dict[str, costs.Cost | None]
 
-TRACED, DRAWN, DO_STEP = "C: traced functions, bare", "C: the same, and the noise drawn", "C: native fmi2DoStep"
+IN_C = (
+    "C: traced functions, bare",
+    "C: what follows from parameters done before",
+    "C: the same, and the noise drawn",
+    "C: native fmi2DoStep",
+)
+"""The labels of `costs.WAYS`."""
 IN_NUMPY = "native FMUs, steps in NumPy"
 DO_NOTHING = "FMUs that do nothing"
 
@@ -49,7 +55,7 @@ def report(system: System, folder: str) -> Iterator[str]:
         best = costs.in_turns({**in_c, **ours}, TURNS) | costs.in_turns({n: way for n, way in theirs.items() if way})
 
         yield _row(f"a communication step of {1e3 * SAMPLE_TIME:g} ms, in us", [*own, IN_TURN])
-        for place, label in enumerate((TRACED, DRAWN, DO_STEP)):
+        for place, label in enumerate(IN_C):
             yield _row(label, (f"{1e6 * best[name][place]:.2f}" for name in (*own, IN_TURN)))
         for export, steps in STEPS.items():
             for way, seconds in costs.from_python(wirings[export], steps).items():
@@ -99,12 +105,13 @@ def report(system: System, folder: str) -> Iterator[str]:
     yield _row("pythonfmu loop : native loop", [f"{loops[_of('pythonfmu')] / native:.1f}"])
     yield _row("native loop : do-nothing loop", [f"{native / loops[DO_NOTHING]:.2f}"])
     yield _row("native loop in NumPy : in C", [f"{loops[IN_NUMPY] / native:.2f}"])
-    for place, label in enumerate(("traced functions", "traced functions and noise")):
-        floor = best[IN_TURN][place]
-        yield _row(f"native loop : {label}", [f"{native / floor:.2f}"])
+    for label, floor in zip(
+        ("traced functions", "the same, prepared", "the same, and noise"), best[IN_TURN], strict=False
+    ):
+        yield _row(f"native loop : {label}, in turn", [f"{native / floor:.2f}"])
         yield _row(f"    recorded every {EVERY} steps", [f"{loops[SPARSE] / floor:.2f}"])
     for name in own:
-        bare, _, fmi = best[name]
+        bare, *_, fmi = best[name]
         yield _row(f"fmi2DoStep of {name} : traced functions", [f"{fmi / bare:.2f}", f"+ {1e9 * (fmi - bare):.0f} ns"])
     yield _row("start-up : fmpy simulate", [f"{walls[1] / walls[0]:.2f}"])
     if each is not None:
