@@ -1,7 +1,7 @@
-"""What the controllers share: use of the measured pose, allocation, and the ports and parameters they all declare.
+"""What the controllers share: the PD law, allocation, and the ports and parameters they all declare.
 
 Frames as in `frames`. In the four-DOF form the rows and errors of roll and pitch are left out: in the feedback, in what
-integrates it and in the allocation.
+integrates it and in the allocation. What they use of the measured pose is in `measurement`.
 """
 
 from collections.abc import Mapping
@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from .frames import is_regular, jacobian, pose_difference
+from .frames import jacobian
 from .interface import (
     POSE,
     POSE_UNITS,
-    SAMPLE_TIME,
     VELOCITY,
     VELOCITY_UNITS,
     WRENCH,
@@ -25,45 +24,29 @@ from .interface import (
     switch,
     vector,
 )
+from .measurement import Measured, is_enabled
 from .vehicle import N_THRUSTERS, UNIT_DIRECTIONS, allocation_matrix, degrees_of_freedom, limited, restoring
 
 NEGLIGIBLE = 1e-6
 """Part of the demanded wrench in N or N m that counts as met."""
 
 
-def measured(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> tuple[Any, Any, Any, Mapping[str, Any]]:
-    """Return eta, e and eta', each of shape (6,), that a law is to use, and the values of `STATES` after the sample.
-
-    While there is no valid measurement, or the controller is disabled, eta is the last valid pose, and e and eta' are
-    zero: what integrates them is frozen. A singular attitude counts as no measurement.
-    """
-    dof = degrees_of_freedom(p.control_roll_pitch)
-    active = np.logical_and(np.logical_and(u.eta_m_valid > 0, is_regular(u.eta_m)), _enabled(u))
-    eta = np.where(active, u.eta_m, x.eta)
-    ready = np.logical_and(active, x.filter_ready > 0)
-    filtered, filter_difference = _lead_filter(x, eta, ready, p)
-    velocity = np.where(p.use_measured_velocity > 0, jacobian(eta) @ u.nu_m, filtered)
-    e = np.where(active, dof * pose_difference(eta, u.eta_d), 0.0)
-    eta_dot = np.where(active, dof * velocity, 0.0)
-    return eta, e, eta_dot, {"eta": eta, "filter_difference": filter_difference, "filter_ready": active}
-
-
-def pd_law(eta: Any, e: Any, eta_dot: Any, disturbance: Any, p: SimpleNamespace) -> tuple[Any, Any]:
+def pd_law(m: Measured, disturbance: Any, p: SimpleNamespace) -> tuple[Any, Any]:
     """Return the demanded wrench tau and its part at rest, without the damping term; body frame, each of shape (6,).
 
     tau = J^T(eta) [-K_P e - K_D eta'] + g_V(eta) - disturbance        (Hoang & Kreuzer 2007, eq. 4)
 
-    e and eta_dot are those of `measured`; disturbance, shape (6,), is the estimated body wrench on the vehicle, in the
-    paper -J^T(eta) Phi(eta) times the estimated forces.
+    disturbance, shape (6,), is the estimated body wrench on the vehicle, in the paper -J^T(eta) Phi(eta) times the
+    estimated forces.
     """
-    J = jacobian(eta)
-    at_rest = J.T @ (-p.K_P * e) + restoring(eta, p.mass, p.g, p.r_G, p.r_B) - disturbance
-    return at_rest - J.T @ (p.K_D * eta_dot), at_rest
+    J = jacobian(m.eta)
+    at_rest = J.T @ (-p.K_P * m.e) + restoring(m.eta, p.mass, p.g, p.r_G, p.r_B) - disturbance
+    return at_rest - J.T @ (p.K_D * m.eta_dot), at_rest
 
 
 def command(tau: Any, u: SimpleNamespace, p: SimpleNamespace) -> Mapping[str, Any]:
     """Return the outputs tau, u and saturated for a demanded wrench tau, shape (6,)."""
-    controlled = np.where(_enabled(u), degrees_of_freedom(p.control_roll_pitch) * tau, 0.0)
+    controlled = np.where(is_enabled(u), degrees_of_freedom(p.control_roll_pitch) * tau, 0.0)
     demanded = allocate(controlled, p)
     delivered = limited(demanded, p.thrust_max)
     return {"tau": controlled, "u": delivered, "saturated": np.max(np.abs(demanded - delivered)) > 0}
@@ -101,26 +84,6 @@ def allocation_margin(p: SimpleNamespace) -> Any:
     gram = _gram(p)
     scale = np.max(np.abs(gram))
     return np.linalg.det(gram / scale) - 1e-12
-
-
-def initial_state() -> Mapping[str, Any]:
-    """Return the values of `STATES` before the first sample: a filter that waits for a measurement."""
-    return {"eta": np.zeros(6), "filter_difference": np.zeros(6), "filter_ready": 0.0}
-
-
-def _enabled(u: SimpleNamespace) -> Any:
-    return u.disable <= 0
-
-
-def _lead_filter(x: SimpleNamespace, eta_m: Any, ready: Any, p: SimpleNamespace) -> tuple[Any, Any]:
-    """Return eta', shape (6,), by s / (T_f s + 1) from the measured pose, and the filter's state, shape (6,).
-
-    The state d is the input less the low-passed input. It moves with the pose's increments, so that wrapped angles
-    need no unwrapping: d_k = a d_(k-1) + (eta_k - eta_(k-1)), a = exp(-T / T_f), the exact zero-order-hold form.
-    """
-    decay = np.exp(-p.sample_time / p.filter_time_constant)
-    d = np.where(ready, decay * x.filter_difference + pose_difference(eta_m, x.eta), 0.0)
-    return d / p.filter_time_constant, d
 
 
 def _gram(p: SimpleNamespace) -> Any:
@@ -198,16 +161,6 @@ GAINS = (
 
 CONTROL_ROLL_PITCH = switch(
     "control_roll_pitch", "Control roll and pitch too; false: the paper's four degrees of freedom"
-)
-SAMPLING = (
-    Signal("sample_time", "Time between samples", unit="s", start=SAMPLE_TIME, minimum=1e-6),
-    Signal("filter_time_constant", "Time constant T_f of the lead filter", unit="s", start=0.1, minimum=1e-6),
-    switch("use_measured_velocity", "Take the velocity from nu_m in place of the lead filter"),
-)
-STATES = (
-    vector("eta", POSE, "Pose of the last valid measurement"),
-    vector("filter_difference", POSE, "State of the lead filter"),
-    Signal("filter_ready", "Whether the lead filter has a last measurement"),
 )
 REQUIREMENTS = (
     Requirement(

@@ -1,6 +1,6 @@
 """Interface of the controller; the default gains are those of Hoang & Kreuzer 2007, section 4.2."""
 
-from .. import feedback
+from .. import feedback, measurement
 from ..interface import Sampled, Signal, switch
 from ..vehicle import ATTACK_POINTS, FORCES, THRUSTER_PARAMETERS, WEIGHT_PARAMETERS
 from . import equations
@@ -56,14 +56,14 @@ COMPONENT = Sampled(
             axes=(FORCES,),
             unit="N",
         ),
-        *feedback.SAMPLING,
+        *measurement.PARAMETERS,
         *WEIGHT_PARAMETERS,
         *ATTACK_POINTS,
         *THRUSTER_PARAMETERS,
     ),
     states=(
         Signal("theta_hat", "Estimated forces", axes=(FORCES,), pattern="theta_hat.{}"),
-        *feedback.STATES,
+        *measurement.STATES,
     ),
     initial_state=equations.initial_state,
     sample=equations.sample,
