@@ -6,7 +6,7 @@ integrates it and in the allocation. What they use of the measured pose is in `m
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,17 +31,33 @@ NEGLIGIBLE = 1e-6
 """Part of the demanded wrench in N or N m that counts as met."""
 
 
-def pd_law(m: Measured, disturbance: Any, p: SimpleNamespace) -> tuple[Any, Any]:
-    """Return the demanded wrench tau and its part at rest, without the damping term; body frame, each of shape (6,).
+class Demand(NamedTuple):
+    """What a law demands of the thrusters, body frame, each of shape (6,).
 
-    tau = J^T(eta) [-K_P e - K_D eta'] + g_V(eta) - disturbance        (Hoang & Kreuzer 2007, eq. 4)
+    Parameters
+    ----------
+    tau : the wrench.
+    at_rest : its part without the damping term.
+    estimated : its part that the error has no share in: what the estimate takes to hold the vehicle.
+    """
 
-    disturbance, shape (6,), is the estimated body wrench on the vehicle, in the paper -J^T(eta) Phi(eta) times the
-    estimated forces.
+    tau: Any
+    at_rest: Any
+    estimated: Any
+
+
+def pd_law(m: Measured, disturbance: Any, p: SimpleNamespace) -> Demand:
+    """Return what the PD law demands, with a compensation.
+
+    tau = J^T(eta) [-K_P e - K_D e'] + g_V(eta) - disturbance        (Hoang & Kreuzer 2007, eq. 4)
+
+    The paper's set-point rests, so its e' is eta'. disturbance, shape (6,), is the estimated body wrench on the
+    vehicle, in the paper -J^T(eta) Phi(eta) times the estimated forces.
     """
     J = jacobian(m.eta)
-    at_rest = J.T @ (-p.K_P * m.e) + restoring(m.eta, p.mass, p.g, p.r_G, p.r_B) - disturbance
-    return at_rest - J.T @ (p.K_D * m.eta_dot), at_rest
+    g_V = restoring(m.eta, p.mass, p.g, p.r_G, p.r_B)
+    at_rest = J.T @ (-p.K_P * m.e) + g_V - disturbance
+    return Demand(at_rest - J.T @ (p.K_D * m.e_dot), at_rest, g_V - disturbance)
 
 
 def command(tau: Any, u: SimpleNamespace, p: SimpleNamespace) -> Mapping[str, Any]:
@@ -52,16 +68,23 @@ def command(tau: Any, u: SimpleNamespace, p: SimpleNamespace) -> Mapping[str, An
     return {"tau": controlled, "u": delivered, "saturated": np.max(np.abs(demanded - delivered)) > 0}
 
 
-def where_delivered(signal: Any, at_rest: Any, p: SimpleNamespace) -> Any:
-    """Return a body-frame signal, shape (6,), zero in the axes in which saturated thrusters do not deliver at_rest.
+def where_delivered(signal: Any, demand: Demand, p: SimpleNamespace) -> Any:
+    """Return what an estimate of the disturbance integrates, body frame, shape (6,), zero in the axes to leave out.
 
-    The error there is not for want of a better estimate, which would wind up. at_rest, shape (6,), is the demanded
-    wrench less the damping term, because that carries the noise: frozen at its peaks, the estimate would settle with
-    an offset.
+    Those in which saturated thrusters do not deliver the wrench at rest: the error there is not for want of a better
+    estimate, which would wind up. At rest, because the damping term carries the noise: frozen at its peaks, the
+    estimate would settle with an offset.
+
+    With p.projection those in which the thrusters cannot deliver what is estimated already, and the signal asks for
+    more of it: the estimate stays among the disturbances that the thrusters can hold (parameter projection: Ioannou &
+    Sun 1996, section 4.4). The error has no share in that, so its noise has none either.
     """
-    holding = allocate(at_rest, p)
+    judged = np.where(p.projection > 0, demand.estimated, demand.at_rest)
+    holding = allocate(judged, p)
     unmet = thruster_wrenches(p) @ (holding - limited(holding, p.thrust_max))
-    return np.where(np.abs(unmet) > NEGLIGIBLE, 0.0, signal)
+    # A positive signal takes from the demanded wrench.
+    left_out = np.logical_and(np.abs(unmet) > NEGLIGIBLE, np.logical_or(p.projection <= 0, signal * unmet < 0))
+    return np.where(left_out, 0.0, signal)
 
 
 def allocate(tau: Any, p: SimpleNamespace) -> Any:
@@ -95,7 +118,7 @@ def _gram(p: SimpleNamespace) -> Any:
 _MEASURED = ("eta_m", "eta_m_valid", "disable")
 _ERROR = (*_MEASURED, "eta_d", "control_roll_pitch")
 _RATE = (*_MEASURED, "nu_m", "use_measured_velocity", "control_roll_pitch")
-_PD = (*_ERROR, *_RATE, "K_P", "K_D", "mass", "g", "r_G", "r_B")
+_PD = (*_ERROR, *_RATE, "eta_dot_d", "K_P", "K_D", "mass", "g", "r_G", "r_B")
 _THRUSTERS = ("thruster_r", "thruster_d", "thruster_enabled", "thrust_max")
 
 INPUTS = (
@@ -103,6 +126,7 @@ INPUTS = (
     switch("eta_m_valid", "Whether eta_m is a measurement; while false it is not used"),
     vector("nu_m", VELOCITY, "Measured body velocity, used with use_measured_velocity", unit=VELOCITY_UNITS),
     vector("eta_d", POSE, "Set-point in the earth frame", unit=POSE_UNITS),
+    vector("eta_dot_d", POSE, "Rate of the set-point", unit=VELOCITY_UNITS),
     switch("disable", "Switch the thrusters off and freeze the estimate"),
 )
 
@@ -129,7 +153,7 @@ def outputs(estimate: Signal, *disturbance_from: str) -> tuple[Signal, ...]:
             "eta_dot",
             POSE,
             "Rate of the pose that the law used",
-            unit=("m/s",) * 3 + ("rad/s",) * 3,
+            unit=VELOCITY_UNITS,
             initially_from=_RATE,
         ),
         vector("e", POSE, "Pose error that the law used", unit=POSE_UNITS, initially_from=_ERROR),
@@ -161,6 +185,10 @@ GAINS = (
 
 CONTROL_ROLL_PITCH = switch(
     "control_roll_pitch", "Control roll and pitch too; false: the paper's four degrees of freedom"
+)
+PROJECTION = switch(
+    "projection",
+    "Stop the estimate at what the thrusters can hold; false: where they do not deliver what is demanded at rest",
 )
 REQUIREMENTS = (
     Requirement(

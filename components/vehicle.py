@@ -19,6 +19,9 @@ FORCES = ("dB", "F_C.x", "F_C.y", "F_C.z", "F_A.x", "F_A.y", "F_A.z")
 The paper calls their vector theta, which in code is the pitch angle alone; theta_hat is the paper's estimate of it.
 """
 
+COUPLE = ("M.x", "M.y", "M.z")
+"""A couple in N m, earth frame, on the vehicle."""
+
 FOUR_DOF = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 1.0])
 """Selects surge, sway, heave and yaw: the paper's four degrees of freedom."""
 
@@ -82,6 +85,11 @@ def disturbance_map(eta: Any, r_B: Any, r_C: Any, r_A: Any) -> Any:
     forces = np.concatenate([np.reshape(to_body[:, 2], (3, 1)), to_body, to_body], axis=1)
     moments = [np.reshape(skew(r_B) @ to_body[:, 2], (3, 1)), skew(r_C) @ to_body, skew(r_A) @ to_body]
     return np.concatenate([forces, np.concatenate(moments, axis=1)], axis=0)
+
+
+def couple_map(eta: Any) -> Any:
+    """Return the body wrench, shape (6, 3), of a couple of 1 N m about each axis of the earth frame."""
+    return np.concatenate([np.zeros((3, 3)), rotation(eta[3:6]).T], axis=0)
 
 
 def allocation_matrix(r: Any, d: Any, enabled: Any) -> Any:

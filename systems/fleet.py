@@ -19,7 +19,7 @@ from rov_cosim.components.interface import POSE, VELOCITY, XYZ, Component
 from rov_cosim.components.passive_arm import COMPONENT as PASSIVE_ARM
 from rov_cosim.components.pid import COMPONENT as PID
 from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
-from rov_cosim.components.vehicle import FORCES
+from rov_cosim.components.vehicle import COUPLE, FORCES
 from rov_cosim.exporters.model_description import describe
 from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.parameter_set import read_parameter_set
@@ -92,29 +92,31 @@ def inertia(plant: Mapping[str, Value]) -> NDArray[np.float64]:
 
 
 def ratios(plant: Mapping[str, Value]) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the inertia relative to the paper's vehicle: by axis of the pose, and by unknown force."""
+    """Return the inertia relative to the paper's vehicle: by axis of the pose, and by unknown force or couple."""
     paper = _declared(ROV_PLANT)
     ratio = inertia(plant) / inertia(paper)
     ratio[:2] = ratio[:2].mean()
     by_axis = dict(zip(POSE, ratio.tolist(), strict=True))
-    return by_axis, {force: by_axis["x" if force[-1] in "xy" else "z"] for force in FORCES}
+    by_load = {force: by_axis["x" if force[-1] in "xy" else "z"] for force in FORCES}
+    by_load |= dict(zip(COUPLE, ratio[3:].tolist(), strict=True))
+    return by_axis, by_load
 
 
 def gains(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
     """Return the gains of a controller for a vehicle: the declared ones, which are the paper's, scaled."""
-    by_axis, by_force = ratios(plant)
+    by_axis, by_load = ratios(plant)
     declared = _declared(component)
     scaled = {name: by_axis[name.partition(".")[2]] for name in declared if name.startswith("K_")}
-    scaled |= {name: by_force[name.partition(".")[2]] for name in declared if name.startswith("Gamma.")}
+    scaled |= {name: by_load[name.partition(".")[2]] for name in declared if name.startswith("Gamma.")}
     return {name: float(f"{declared[name] * ratio:.4g}") for name, ratio in scaled.items()}
 
 
 def loads(plant: Mapping[str, Value]) -> dict[str, Value]:
     """Return the forces of umbilical and arm: those of the paper's experiment, scaled."""
-    _, by_force = ratios(plant)
+    _, by_load = ratios(plant)
     paper = station_keeping.SYSTEM.parameters["rov_plant"]
     return {
-        name: float(f"{float(paper[name]) * by_force[name]:.4g}") for name in FORCES if name != "dB" and name in paper
+        name: float(f"{float(paper[name]) * by_load[name]:.4g}") for name in FORCES if name != "dB" and name in paper
     }
 
 

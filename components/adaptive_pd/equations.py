@@ -1,6 +1,7 @@
 """The adaptive PD controller of Hoang & Kreuzer 2007: eq. 4 is in `feedback`, eq. 5 is `adaptation_law`.
 
-theta_hat is the estimate of the unknown forces, `vehicle.FORCES`; W maps them to the body wrench.
+theta_hat is the estimate of the unknown forces and couple, `LOADS`; W maps them to the body wrench. The paper has the
+seven forces alone; its proof covers any constant loads whose wrench is W(eta) times them.
 """
 
 from collections.abc import Mapping
@@ -12,20 +13,32 @@ import numpy as np
 from .. import feedback, measurement
 from ..frames import jacobian_inverse
 from ..measurement import Measured, measured
-from ..vehicle import disturbance_map
+from ..vehicle import COUPLE, FORCES, couple_map, disturbance_map
+
+LOADS = (*FORCES, *COUPLE)
+"""What is estimated."""
 
 
-def adaptation_law(m: Measured, W: Any, at_rest: Any, p: SimpleNamespace) -> Any:
-    """Return the rate of the estimate theta_hat, shape (7,), in N/s.
+def disturbance_of(loads: Any, eta: Any, p: SimpleNamespace) -> Any:
+    """Return W(eta) loads, the body wrench, shape (6,), of `LOADS`, shape (10,)."""
+    forces, couple = loads[: len(FORCES)], loads[len(FORCES) :]
+    return disturbance_map(eta, p.r_B, p.r_C, p.r_A) @ forces + couple_map(eta) @ couple
 
-    theta_hat' = Gamma W^T(eta) J^-1(eta) (eta' + epsilon_0 / (1 + alpha |e|) e)        (Hoang & Kreuzer 2007, eq. 5)
 
-    where W^T J^-1 is the paper's -Phi^T; W is `disturbance_map` at eta. The body axes in which the thrusters do not
-    deliver at_rest, from `feedback.pd_law`, are left out.
+def adaptation_law(m: Measured, demand: feedback.Demand, p: SimpleNamespace) -> Any:
+    """Return the rate of the estimate theta_hat, shape (10,), in N/s and N m/s.
+
+    theta_hat' = Gamma W^T(eta) J^-1(eta) (e' + epsilon_0 / (1 + alpha |e|) e)        (Hoang & Kreuzer 2007, eq. 5)
+
+    where W^T J^-1 is the paper's -Phi^T. With p.adapt_by_pose e' is the mean rate since the last sample, at the pose
+    half-way. The body axes in which the thrusters do not deliver the demand are left out.
     """
+    eta = np.where(p.adapt_by_pose > 0, m.eta_half_way, m.eta)
+    e_dot = np.where(p.adapt_by_pose > 0, m.e_dot_mean, m.e_dot)
     epsilon = p.epsilon_0 / (1 + p.alpha * np.sqrt(np.sum(m.e**2)))
-    s = feedback.where_delivered(jacobian_inverse(m.eta) @ (m.eta_dot + epsilon * m.e), at_rest, p)
-    return np.where(p.adaptation > 0, p.Gamma * (W.T @ s), 0.0)
+    s = feedback.where_delivered(jacobian_inverse(eta) @ (e_dot + epsilon * m.e), demand, p)
+    of_forces, of_couple = disturbance_map(eta, p.r_B, p.r_C, p.r_A).T @ s, couple_map(eta).T @ s
+    return np.where(p.adaptation > 0, p.Gamma * np.concatenate([of_forces, of_couple]), 0.0)
 
 
 def sample(
@@ -33,16 +46,13 @@ def sample(
 ) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
     """Return state and outputs after one sample; no draws are needed."""
     m = measured(x, u, p)
-    W = disturbance_map(m.eta, p.r_B, p.r_C, p.r_A)
-
-    disturbance = W @ x.theta_hat
-    tau, at_rest = feedback.pd_law(m, disturbance, p)
-    rate = adaptation_law(m, W, at_rest, p)
-
+    disturbance = disturbance_of(x.theta_hat, m.eta, p)
+    demand = feedback.pd_law(m, disturbance, p)
+    rate = adaptation_law(m, demand, p)
     estimate = {"theta_hat": x.theta_hat, "disturbance": disturbance}
     return (
         {"theta_hat": x.theta_hat + p.sample_time * rate, **m.state},
-        {**feedback.command(tau, u, p), **estimate, **m.outputs},
+        {**feedback.command(demand.tau, u, p), **estimate, **m.outputs},
     )
 
 

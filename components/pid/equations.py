@@ -26,16 +26,16 @@ def sample(
     J = jacobian(m.eta)
 
     disturbance = J.T @ x.integral
-    tau, at_rest = feedback.pd_law(m, disturbance, p)
+    demand = feedback.pd_law(m, disturbance, p)
 
     # The thrusters saturate in body axes, so the rate of the integral part goes there and back.
-    rate = jacobian_inverse(m.eta).T @ feedback.where_delivered(J.T @ (p.K_I * m.e), at_rest, p)
+    rate = jacobian_inverse(m.eta).T @ feedback.where_delivered(J.T @ (p.K_I * m.e), demand, p)
     rate = np.where(p.integration > 0, degrees_of_freedom(p.control_roll_pitch) * rate, 0.0)
 
     estimate = {"integral": x.integral, "disturbance": disturbance}
     return (
         {"integral": x.integral + p.sample_time * rate, **m.state},
-        {**feedback.command(tau, u, p), **estimate, **m.outputs},
+        {**feedback.command(demand.tau, u, p), **estimate, **m.outputs},
     )
 
 

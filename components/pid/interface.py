@@ -38,6 +38,7 @@ COMPONENT = Sampled(
         switch("integration", "Integrate the error; false: the integral part stays as it is", start=1, tunable=True),
         feedback.CONTROL_ROLL_PITCH,
         vector("integral_0", POSE, "Initial integral part, earth frame", unit=WRENCH_UNITS),
+        feedback.PROJECTION,
         *measurement.PARAMETERS,
         *WEIGHT_PARAMETERS,
         *THRUSTER_PARAMETERS,

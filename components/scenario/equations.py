@@ -23,12 +23,13 @@ def sample(
     variation = gauss_markov(x.variation, x.samples > 0, w, p.current_std, p.current_correlation_time, p.sample_time)
     pulling = np.where(is_on(t, p.pull_begin, p.pull_duration, p.sample_time), 1.0, 0.0)
     stepped = np.where(is_on(t, p.step_begin, 0.0, p.sample_time), 1.0, 0.0)
-    swing = np.sin(2 * np.pi * t / p.motion_period)
+    angle = 2 * np.pi * t / p.motion_period
     state = {"samples": x.samples + 1, "variation": variation}
     outputs = {
         "current": p.current_mean + variation,
         "F_umbilical": pulling @ p.pull_F,
-        "eta_d": u.set_point + stepped * p.step + swing * p.motion,
+        "eta_d": u.set_point + stepped * p.step + np.sin(angle) * p.motion,
+        "eta_dot_d": 2 * np.pi / p.motion_period * np.cos(angle) * p.motion,
     }
     return state, outputs
 

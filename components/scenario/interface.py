@@ -1,6 +1,6 @@
 """Interface of the scenario. All is neutral by default: still water, no pull, the set-point handed on."""
 
-from ..interface import POSE, POSE_UNITS, SAMPLE_TIME, XYZ, Sampled, Signal, count, vector
+from ..interface import POSE, POSE_UNITS, SAMPLE_TIME, VELOCITY_UNITS, XYZ, Sampled, Signal, count, vector
 from . import equations
 
 _PULLS = count(2)
@@ -33,6 +33,13 @@ COMPONENT = Sampled(
             "Set-point in the earth frame",
             unit=POSE_UNITS,
             initially_from=("set_point", "step", "step_begin", "sample_time"),
+        ),
+        vector(
+            "eta_dot_d",
+            POSE,
+            "Rate of the set-point's sine",
+            unit=VELOCITY_UNITS,
+            initially_from=("motion", "motion_period"),
         ),
     ),
     parameters=(
