@@ -1,10 +1,11 @@
-"""Published vehicles in the loop: their parameters from a file each, the controllers' gains by one rule.
+"""Published vehicles in the loop: their parameters from a file each, the controllers' gains by a rule.
 
-The rule: each gain of an axis is the paper's times the ratio of the inertias, added mass included, so the closed loop
-has the paper's frequency and the damping that the paper's controller gives; a vehicle's own damping comes on top, as
-there. The gains of x and y are in the earth frame, where surge and sway turn into each other: both take the mean of the
-two ratios. Gamma of a force takes the ratio of the inertia that it moves, and so do the forces of umbilical and arm: a
-PD controller has the paper's offsets. Roll and pitch are free but, as in the paper, not controlled.
+Two rules make the gains. `scaled`: each gain of an axis is the paper's times the ratio of the inertias, added mass
+included, so the closed loop has the paper's frequency and the damping that the paper's controller gives; a vehicle's
+own damping comes on top, as there. The gains of x and y are in the earth frame, where surge and sway turn into each
+other: both take the mean of the two ratios. Gamma of a force takes the ratio of the inertia that it moves, and so do
+the forces of umbilical and arm: a PD controller has the paper's offsets. `tuned`: those of `control.tuning`, from the
+lag of the loop. Roll and pitch are free but, as in the paper, not controlled.
 """
 
 from collections.abc import Mapping
@@ -15,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rov_cosim.components.adaptive_pd import COMPONENT as ADAPTIVE_PD
-from rov_cosim.components.interface import POSE, VELOCITY, XYZ, Component
+from rov_cosim.components.interface import POSE, VELOCITY, XYZ, Component, Sampled
 from rov_cosim.components.passive_arm import COMPONENT as PASSIVE_ARM
 from rov_cosim.components.pid import COMPONENT as PID
 from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
 from rov_cosim.components.vehicle import COUPLE, FORCES
+from rov_cosim.control.tuning import Rule, Timing, tuned
 from rov_cosim.exporters.model_description import describe
 from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.parameter_set import read_parameter_set
@@ -36,8 +38,32 @@ VEHICLES = {
 }
 """Description of each vehicle by name; its parameters are those in vehicles/NAME.ssv."""
 
-CONTROLLERS = ("adaptive_pd", "pid", "pd")
-"""The controllers to compare; pd is adaptive_pd without adaptation."""
+EXTENSIONS: Mapping[str, Value] = {
+    "filter_time_constant": 0.15,
+    "bridging": 0.3,
+    "projection": True,
+    "adapt_by_pose": True,
+    "memory": 10.0,
+}
+"""What the controllers have beyond the paper, as far as a component has it; the gains by the tuning rule go with it.
+
+The filter is slower than the paper's because the tuning rule damps more: K_D / T_f is what noise takes of the thrust.
+"""
+
+RULE = Rule(integral=0.2)
+"""Integrates twice as fast as the rule by itself: currents vary in a minute."""
+
+CONTROLLERS: Mapping[str, Sampled] = {
+    "adaptive_pd": ADAPTIVE_PD,
+    "extended": ADAPTIVE_PD,
+    "pid": PID,
+    "pd": ADAPTIVE_PD,
+}
+"""The component of each controller to compare.
+
+adaptive_pd is the paper's law with the scaled gains, and pd the same without adaptation. extended is the law with
+`EXTENSIONS` and tuned gains, and pid has of these what a PID controller can have.
+"""
 
 STOP_TIME = 300.0
 """Duration of a run in s: a trouble may come at 60 s, and the yaw is adapted through the arm's lever, which is slow."""
@@ -54,8 +80,9 @@ def named(vehicle: str, controller: str) -> str:
 def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
     """Return the system in which a controller holds one of `VEHICLES`, from the paper's start, under its loads."""
     plant = parameters_of(vehicle)
-    component = PID if controller == "pid" else ADAPTIVE_PD
-    known = {**_shared(component, plant), **gains(component, plant)}
+    component, is_papers = CONTROLLERS[controller], controller in ("adaptive_pd", "pd")
+    gains = scaled(component, plant) if is_papers else extended(component, plant)
+    known = {**_shared(component, plant), **gains}
     attachment = {
         f"attachment.{axis}": float(plant[f"r_A.{axis}"]) + gap for axis, gap in zip(XYZ, ATTACHMENT, strict=True)
     }
@@ -69,6 +96,7 @@ def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
         },
         STOP_TIME,
         component.name,
+        set_point_rate=not is_papers,
     )
 
 
@@ -102,13 +130,20 @@ def ratios(plant: Mapping[str, Value]) -> tuple[dict[str, float], dict[str, floa
     return by_axis, by_load
 
 
-def gains(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
+def scaled(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
     """Return the gains of a controller for a vehicle: the declared ones, which are the paper's, scaled."""
     by_axis, by_load = ratios(plant)
     declared = _declared(component)
-    scaled = {name: by_axis[name.partition(".")[2]] for name in declared if name.startswith("K_")}
-    scaled |= {name: by_load[name.partition(".")[2]] for name in declared if name.startswith("Gamma.")}
-    return {name: float(f"{declared[name] * ratio:.4g}") for name, ratio in scaled.items()}
+    ratio = {name: by_axis[name.partition(".")[2]] for name in declared if name.startswith("K_")}
+    ratio |= {name: by_load[name.partition(".")[2]] for name in declared if name.startswith("Gamma.")}
+    return {name: float(f"{declared[name] * r:.4g}") for name, r in ratio.items()}
+
+
+def extended(component: Sampled, plant: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the gains of a controller for a vehicle by the tuning rule, and what it has of `EXTENSIONS`."""
+    has = {name: value for name, value in EXTENSIONS.items() if name in component.p.names}
+    timing = Timing(filter_time_constant=float(EXTENSIONS["filter_time_constant"]))
+    return {**tuned(component, inertia(plant), _shared(component, plant), timing, RULE), **has}
 
 
 def loads(plant: Mapping[str, Value]) -> dict[str, Value]:

@@ -25,6 +25,9 @@ CONNECTIONS = (
 )
 """The connections of the loop with a scenario."""
 
+SET_POINT_RATE = ("scenario.eta_dot_d", f"{CONTROLLER}.eta_dot_d")
+"""The connection that lets the controller follow a moving set-point, which the paper has not."""
+
 
 def element_of(component: str) -> str:
     """Return the name of the element that a component is in the loop."""
@@ -46,14 +49,22 @@ def station_keeping_loop(
 
 
 def scenario_loop(
-    name: str, description: str, parameters: Mapping[str, Mapping[str, Value]], stop_time: float, controller: str
+    name: str,
+    description: str,
+    parameters: Mapping[str, Mapping[str, Value]],
+    stop_time: float,
+    controller: str,
+    set_point_rate: bool = False,
 ) -> System:
-    """Return the same loop with a scenario before the arm, and one of `CONTROLLER_COMPONENTS` as its controller."""
+    """Return the same loop with a scenario before the arm, and one of `CONTROLLER_COMPONENTS` as its controller.
+
+    The controller is told the rate of the set-point, or not.
+    """
     return System(
         name=name,
         description=description,
         elements={element_of(name): name for name in ("scenario", "passive_arm", controller, "rov_plant")},
-        connections=CONNECTIONS,
+        connections=(*CONNECTIONS, SET_POINT_RATE) if set_point_rate else CONNECTIONS,
         parameters=parameters,
         stop_time=stop_time,
     )

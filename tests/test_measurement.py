@@ -117,7 +117,7 @@ def test_a_vehicle_that_moves_with_its_set_point_is_not_braked(component):
 
 
 def test_by_the_pose_the_estimate_grows_with_the_way_of_the_points_of_attack():
-    # The integral of W^T J^-1 eta' is the way of each point of attack, and the turn about each axis, in the earth frame.
+    # The integral of W^T J^-1 eta' is the way of each point of attack, and the turn about each axis; earth frame.
     rig = controller(adapt_by_pose=1, epsilon_0=0, control_roll_pitch=1, **{f"Gamma.M.{axis}": 2.0 for axis in "xyz"})
     p = rig.parameters()
     t = np.linspace(0, 1, 400)

@@ -65,10 +65,11 @@ class Timing:
 
 @dataclass(frozen=True)
 class Rule:
-    """The two figures of the rule: omega L, and the damping ratio zeta."""
+    """The figures of the rule: omega L, the damping ratio zeta, and the integral gain over omega and the stiffness."""
 
     bandwidth: float = 0.2
     damping: float = 0.7
+    integral: float = INTEGRAL_SHARE
 
     def omega(self, timing: Timing) -> float:
         """Return the bandwidth in rad/s."""
@@ -98,17 +99,17 @@ def tuned(
     keys = {signal.key for signal in component.parameters}
     if not {"K_P", "K_D"} <= keys:
         raise TuningError(f"{component.name} has no gains K_P and K_D: the rule is for controllers that have.")
-    M = earth_inertia(inertia)
-    omega = (rule or Rule()).omega(timing or Timing())
-    gains: dict[str, NDArray[np.float64]] = {"K_D": 2 * (rule or Rule()).damping * M * omega}
+    M, rule = earth_inertia(inertia), rule or Rule()
+    omega = rule.omega(timing or Timing())
+    gains: dict[str, NDArray[np.float64]] = {"K_D": 2 * rule.damping * M * omega}
     stiffness = M * omega**2
     if "K_I" in keys:
-        gains["K_I"] = INTEGRAL_SHARE * omega * stiffness
+        gains["K_I"] = rule.integral * omega * stiffness
     if {"Gamma", "epsilon_0"} <= keys:
         most = next(float(np.max(s.maximum)) for s in component.parameters if s.key == "epsilon_0")
-        epsilon = min(INTEGRAL_SHARE * omega / ADAPTED_SHARE, most)
+        epsilon = min(rule.integral * omega / ADAPTED_SHARE, most)
         W, controlled = estimate_map(component, parameters or {})
-        gains["Gamma"] = INTEGRAL_SHARE * omega / epsilon * _gamma(W, stiffness, controlled)
+        gains["Gamma"] = rule.integral * omega / epsilon * _gamma(W, stiffness, controlled)
         gains["epsilon_0"] = np.array([epsilon])
         stiffness = stiffness - W**2 @ gains["Gamma"]
         if not np.all(stiffness > 0):

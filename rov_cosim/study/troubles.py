@@ -1,6 +1,7 @@
 """What goes wrong at sea: each trouble is a set of start values for a loop, scaled to its vehicle.
 
-Forces are given by the offset that a PD controller would have under them, thrusts by what holding still takes.
+Forces are given by the offset that the paper's PD controller, scaled to the vehicle, would have under them, thrusts by
+what holding still takes.
 """
 
 from collections.abc import Callable, Mapping
@@ -113,7 +114,7 @@ _LIST = (
     Trouble(
         "paper_gains",
         "the gains of the paper's vehicle, not scaled",
-        lambda loop: loop.declared("controller", "K_", "Gamma."),
+        lambda loop: loop.declared("controller", "K_", "Gamma.", "epsilon_0"),
     ),
     Trouble(
         "six_dof",
@@ -125,7 +126,7 @@ _LIST = (
     Trouble(
         "arm_pull",
         "the arm pulls like a spring of 0.3 K_P towards the structure",
-        lambda loop: {"passive_arm.stiffness": 0.3 * loop.value("controller.K_P.x")},
+        lambda loop: {"passive_arm.stiffness": 0.3 * float(loop.stiffness()[0])},
     ),
     Trouble(
         "umbilical_steps",

@@ -60,7 +60,7 @@ def command(
     """Run every vehicle with every controller in every trouble, and tell which held it."""
     folder = (output or results_folder()).absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    chosen = vehicles or (() if systems else tuple(VEHICLES)), controllers or CONTROLLERS
+    chosen = vehicles or (() if systems else tuple(VEHICLES)), controllers or tuple(CONTROLLERS)
     swapped = [f"{element} is {fmu.name}" for element, fmu in changes.swaps.items()]
     note = "; ".join([*swapped, *(f"{name} = {value}" for name, value in changes.values.items())])
     # A part must not take the place of the whole, nor of another part.
