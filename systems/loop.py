@@ -16,6 +16,7 @@ CONNECTIONS = (
     ("scenario.eta_d", f"{CONTROLLER}.eta_d"),
     ("scenario.current", "rov_plant.current"),
     ("scenario.F_umbilical", "rov_plant.F_umbilical"),
+    ("scenario.thrust_loss", "rov_plant.thrust_loss"),
     ("rov_plant.eta", "passive_arm.eta"),
     ("rov_plant.nu", f"{CONTROLLER}.nu_m"),
     ("passive_arm.eta_m", f"{CONTROLLER}.eta_m"),

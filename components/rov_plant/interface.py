@@ -54,6 +54,7 @@ COMPONENT = Continuous(
         vector("F_arm", XYZ, "Further force on the vehicle at r_A, earth frame", unit="N"),
         vector("F_umbilical", XYZ, "Further force on the vehicle at r_C, earth frame", unit="N"),
         vector("current", XYZ, "Velocity of the water, earth frame", unit="m/s"),
+        indexed("thrust_loss", N_THRUSTERS, "Share of its force that the thruster has lost; 1: dead, 2: reversed"),
     ),
     outputs=(
         vector(
@@ -78,6 +79,7 @@ COMPONENT = Continuous(
             unit=WRENCH_UNITS,
             initially_from=(
                 "u",
+                "thrust_loss",
                 "thruster_r",
                 "thruster_d",
                 "thruster_enabled",
