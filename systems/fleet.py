@@ -44,6 +44,7 @@ EXTENSIONS: Mapping[str, Value] = {
     "projection": True,
     "adapt_by_pose": True,
     "memory": 10.0,
+    "alpha": 1.0,
 }
 """What the controllers have beyond the paper, as far as a component has it; the gains by the tuning rule go with it.
 
@@ -52,6 +53,15 @@ The filter is slower than the paper's because the tuning rule damps more: K_D / 
 
 RULE = Rule(integral=0.2)
 """Integrates twice as fast as the rule by itself: currents vary in a minute."""
+
+ARM_SHARE = 0.25
+"""Of the adaptation that the rule gives the arm's force, as much is left to it; the umbilical's force takes the rest.
+
+What the arm's force is taken for wrongly turns the vehicle by its lever, and the couple learns the yaw without it.
+"""
+
+YAW_SHARE = 0.3
+"""W Gamma W^T over M omega^2 in yaw, which is measured without noise; elsewhere it is `tuning.ADAPTED_SHARE`."""
 
 CONTROLLERS: Mapping[str, Sampled] = {
     "adaptive_pd": ADAPTIVE_PD,
@@ -143,7 +153,25 @@ def extended(component: Sampled, plant: Mapping[str, Value]) -> dict[str, Value]
     """Return the gains of a controller for a vehicle by the tuning rule, and what it has of `EXTENSIONS`."""
     has = {name: value for name, value in EXTENSIONS.items() if name in component.p.names}
     timing = Timing(filter_time_constant=float(EXTENSIONS["filter_time_constant"]))
-    return {**tuned(component, inertia(plant), _shared(component, plant), timing, RULE), **has}
+    gains = tuned(component, inertia(plant), _shared(component, plant), timing, RULE)
+    if "Gamma.M.z" in gains:
+        gains |= _learnt_by_couple(gains, plant, inertia(plant)[5] * RULE.omega(timing) ** 2)
+    return {**gains, **has}
+
+
+def _learnt_by_couple(gains: Mapping[str, float], plant: Mapping[str, Value], stiffness: float) -> dict[str, float]:
+    """Return what `ARM_SHARE` and `YAW_SHARE` change in tuned gains; stiffness is that of yaw, in N m/rad."""
+    gamma: dict[str, float] = {}
+    for axis in XYZ:
+        arm, umbilical = (gains[f"Gamma.F_{point}.{axis}"] for point in "AC")
+        gamma |= {f"Gamma.F_A.{axis}": ARM_SHARE * arm, f"Gamma.F_C.{axis}": umbilical + (1 - ARM_SHARE) * arm}
+    by_levers = sum(
+        gamma[f"Gamma.F_{point}.{axis}"] * float(plant[f"r_{point}.{lever}"]) ** 2
+        for point in "AC"
+        for axis, lever in ("xy", "yx")
+    )
+    yaw = {"Gamma.M.z": max(YAW_SHARE * stiffness - by_levers, 0.0), "K_P.psi": (1 - YAW_SHARE) * stiffness}
+    return {name: float(f"{value:.4g}") for name, value in {**gamma, **yaw}.items()}
 
 
 def loads(plant: Mapping[str, Value]) -> dict[str, Value]:
