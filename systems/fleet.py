@@ -20,6 +20,8 @@ from rov_cosim.components.interface import POSE, VELOCITY, XYZ, Component, Sampl
 from rov_cosim.components.passive_arm import COMPONENT as PASSIVE_ARM
 from rov_cosim.components.pid import COMPONENT as PID
 from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
+from rov_cosim.components.sliding_mode import COMPONENT as SLIDING_MODE
+from rov_cosim.components.sun_cheah import COMPONENT as SUN_CHEAH
 from rov_cosim.components.vehicle import COUPLE, FORCES
 from rov_cosim.control.tuning import Rule, Timing, tuned
 from rov_cosim.exporters.model_description import describe
@@ -67,12 +69,15 @@ CONTROLLERS: Mapping[str, Sampled] = {
     "adaptive_pd": ADAPTIVE_PD,
     "extended": ADAPTIVE_PD,
     "pid": PID,
+    "sliding_mode": SLIDING_MODE,
+    "sun_cheah": SUN_CHEAH,
     "pd": ADAPTIVE_PD,
 }
 """The component of each controller to compare.
 
 adaptive_pd is the paper's law with the scaled gains, and pd the same without adaptation. extended is the law with
-`EXTENSIONS` and tuned gains, and pid has of these what a PID controller can have.
+`EXTENSIONS` and tuned gains, and pid has of these what a PID controller can have. sliding_mode and sun_cheah are as in
+the literature, with scaled gains.
 """
 
 STOP_TIME = 300.0
@@ -90,8 +95,8 @@ def named(vehicle: str, controller: str) -> str:
 def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
     """Return the system in which a controller holds one of `VEHICLES`, from the paper's start, under its loads."""
     plant = parameters_of(vehicle)
-    component, is_papers = CONTROLLERS[controller], controller in ("adaptive_pd", "pd")
-    gains = scaled(component, plant) if is_papers else extended(component, plant)
+    component, is_extended = CONTROLLERS[controller], controller in ("extended", "pid")
+    gains = extended(component, plant) if is_extended else scaled(component, plant)
     known = {**_shared(component, plant), **gains}
     attachment = {
         f"attachment.{axis}": float(plant[f"r_A.{axis}"]) + gap for axis, gap in zip(XYZ, ATTACHMENT, strict=True)
@@ -106,7 +111,7 @@ def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
         },
         STOP_TIME,
         component.name,
-        set_point_rate=not is_papers,
+        set_point_rate=is_extended,
     )
 
 
