@@ -1,20 +1,19 @@
-"""What the controllers share: use of the measured pose, allocation, and the ports and parameters they all declare.
+"""What the controllers share: the PD law, allocation, and the ports and parameters they all declare.
 
 Frames as in `frames`. In the four-DOF form the rows and errors of roll and pitch are left out: in the feedback, in what
-integrates it and in the allocation.
+integrates it and in the allocation. What they use of the measured pose is in `measurement`.
 """
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .frames import is_regular, jacobian, pose_difference
+from .frames import jacobian
 from .interface import (
     POSE,
     POSE_UNITS,
-    SAMPLE_TIME,
     VELOCITY,
     VELOCITY_UNITS,
     WRENCH,
@@ -25,60 +24,67 @@ from .interface import (
     switch,
     vector,
 )
+from .measurement import Measured, is_enabled
 from .vehicle import N_THRUSTERS, UNIT_DIRECTIONS, allocation_matrix, degrees_of_freedom, limited, restoring
 
 NEGLIGIBLE = 1e-6
 """Part of the demanded wrench in N or N m that counts as met."""
 
 
-def measured(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> tuple[Any, Any, Any, Mapping[str, Any]]:
-    """Return eta, e and eta', each of shape (6,), that a law is to use, and the values of `STATES` after the sample.
+class Demand(NamedTuple):
+    """What a law demands of the thrusters, body frame, each of shape (6,).
 
-    While there is no valid measurement, or the controller is disabled, eta is the last valid pose, and e and eta' are
-    zero: what integrates them is frozen. A singular attitude counts as no measurement.
+    Parameters
+    ----------
+    tau : the wrench.
+    at_rest : its part without the damping term.
+    estimated : its part that the error has no share in: what the estimate takes to hold the vehicle.
     """
-    dof = degrees_of_freedom(p.control_roll_pitch)
-    active = np.logical_and(np.logical_and(u.eta_m_valid > 0, is_regular(u.eta_m)), _enabled(u))
-    eta = np.where(active, u.eta_m, x.eta)
-    ready = np.logical_and(active, x.filter_ready > 0)
-    filtered, filter_difference = _lead_filter(x, eta, ready, p)
-    velocity = np.where(p.use_measured_velocity > 0, jacobian(eta) @ u.nu_m, filtered)
-    e = np.where(active, dof * pose_difference(eta, u.eta_d), 0.0)
-    eta_dot = np.where(active, dof * velocity, 0.0)
-    return eta, e, eta_dot, {"eta": eta, "filter_difference": filter_difference, "filter_ready": active}
+
+    tau: Any
+    at_rest: Any
+    estimated: Any
 
 
-def pd_law(eta: Any, e: Any, eta_dot: Any, disturbance: Any, p: SimpleNamespace) -> tuple[Any, Any]:
-    """Return the demanded wrench tau and its part at rest, without the damping term; body frame, each of shape (6,).
+def pd_law(m: Measured, disturbance: Any, p: SimpleNamespace) -> Demand:
+    """Return what the PD law demands, with a compensation.
 
-    tau = J^T(eta) [-K_P e - K_D eta'] + g_V(eta) - disturbance        (Hoang & Kreuzer 2007, eq. 4)
+    tau = J^T(eta) [-K_P e - K_D e'] + g_V(eta) - disturbance        (Hoang & Kreuzer 2007, eq. 4)
 
-    e and eta_dot are those of `measured`; disturbance, shape (6,), is the estimated body wrench on the vehicle, in the
-    paper -J^T(eta) Phi(eta) times the estimated forces.
+    The paper's set-point rests, so its e' is eta'. disturbance, shape (6,), is the estimated body wrench on the
+    vehicle, in the paper -J^T(eta) Phi(eta) times the estimated forces.
     """
-    J = jacobian(eta)
-    at_rest = J.T @ (-p.K_P * e) + restoring(eta, p.mass, p.g, p.r_G, p.r_B) - disturbance
-    return at_rest - J.T @ (p.K_D * eta_dot), at_rest
+    J = jacobian(m.eta)
+    g_V = restoring(m.eta, p.mass, p.g, p.r_G, p.r_B)
+    at_rest = J.T @ (-p.K_P * m.e) + g_V - disturbance
+    return Demand(at_rest - J.T @ (p.K_D * m.e_dot), at_rest, g_V - disturbance)
 
 
 def command(tau: Any, u: SimpleNamespace, p: SimpleNamespace) -> Mapping[str, Any]:
     """Return the outputs tau, u and saturated for a demanded wrench tau, shape (6,)."""
-    controlled = np.where(_enabled(u), degrees_of_freedom(p.control_roll_pitch) * tau, 0.0)
+    controlled = np.where(is_enabled(u), degrees_of_freedom(p.control_roll_pitch) * tau, 0.0)
     demanded = allocate(controlled, p)
     delivered = limited(demanded, p.thrust_max)
     return {"tau": controlled, "u": delivered, "saturated": np.max(np.abs(demanded - delivered)) > 0}
 
 
-def where_delivered(signal: Any, at_rest: Any, p: SimpleNamespace) -> Any:
-    """Return a body-frame signal, shape (6,), zero in the axes in which saturated thrusters do not deliver at_rest.
+def where_delivered(signal: Any, demand: Demand, p: SimpleNamespace) -> Any:
+    """Return what an estimate of the disturbance integrates, body frame, shape (6,), zero in the axes to leave out.
 
-    The error there is not for want of a better estimate, which would wind up. at_rest, shape (6,), is the demanded
-    wrench less the damping term, because that carries the noise: frozen at its peaks, the estimate would settle with
-    an offset.
+    Those in which saturated thrusters do not deliver the wrench at rest: the error there is not for want of a better
+    estimate, which would wind up. At rest, because the damping term carries the noise: frozen at its peaks, the
+    estimate would settle with an offset.
+
+    With p.projection those in which the thrusters cannot deliver what is estimated already, and the signal asks for
+    more of it: the estimate stays among the disturbances that the thrusters can hold (parameter projection: Ioannou &
+    Sun 1996, section 4.4). The error has no share in that, so its noise has none either.
     """
-    holding = allocate(at_rest, p)
+    judged = np.where(p.projection > 0, demand.estimated, demand.at_rest)
+    holding = allocate(judged, p)
     unmet = thruster_wrenches(p) @ (holding - limited(holding, p.thrust_max))
-    return np.where(np.abs(unmet) > NEGLIGIBLE, 0.0, signal)
+    # A positive signal takes from the demanded wrench.
+    left_out = np.logical_and(np.abs(unmet) > NEGLIGIBLE, np.logical_or(p.projection <= 0, signal * unmet < 0))
+    return np.where(left_out, 0.0, signal)
 
 
 def allocate(tau: Any, p: SimpleNamespace) -> Any:
@@ -103,26 +109,6 @@ def allocation_margin(p: SimpleNamespace) -> Any:
     return np.linalg.det(gram / scale) - 1e-12
 
 
-def initial_state() -> Mapping[str, Any]:
-    """Return the values of `STATES` before the first sample: a filter that waits for a measurement."""
-    return {"eta": np.zeros(6), "filter_difference": np.zeros(6), "filter_ready": 0.0}
-
-
-def _enabled(u: SimpleNamespace) -> Any:
-    return u.disable <= 0
-
-
-def _lead_filter(x: SimpleNamespace, eta_m: Any, ready: Any, p: SimpleNamespace) -> tuple[Any, Any]:
-    """Return eta', shape (6,), by s / (T_f s + 1) from the measured pose, and the filter's state, shape (6,).
-
-    The state d is the input less the low-passed input. It moves with the pose's increments, so that wrapped angles
-    need no unwrapping: d_k = a d_(k-1) + (eta_k - eta_(k-1)), a = exp(-T / T_f), the exact zero-order-hold form.
-    """
-    decay = np.exp(-p.sample_time / p.filter_time_constant)
-    d = np.where(ready, decay * x.filter_difference + pose_difference(eta_m, x.eta), 0.0)
-    return d / p.filter_time_constant, d
-
-
 def _gram(p: SimpleNamespace) -> Any:
     """Return B B^T, shape (6, 6), with ones on the diagonal where a row is not controlled."""
     B = thruster_wrenches(p)
@@ -130,9 +116,11 @@ def _gram(p: SimpleNamespace) -> Any:
 
 
 _MEASURED = ("eta_m", "eta_m_valid", "disable")
-_ERROR = (*_MEASURED, "eta_d", "control_roll_pitch")
-_RATE = (*_MEASURED, "nu_m", "use_measured_velocity", "control_roll_pitch")
-_PD = (*_ERROR, *_RATE, "K_P", "K_D", "mass", "g", "r_G", "r_B")
+ERROR_FROM = (*_MEASURED, "eta_d", "control_roll_pitch")
+RATE_FROM = (*_MEASURED, "nu_m", "use_measured_velocity", "control_roll_pitch")
+"""The inputs and parameters on which the outputs e and eta_dot depend in Initialization Mode."""
+
+_WEIGHT = ("mass", "g", "r_G", "r_B")
 _THRUSTERS = ("thruster_r", "thruster_d", "thruster_enabled", "thrust_max")
 
 INPUTS = (
@@ -140,17 +128,19 @@ INPUTS = (
     switch("eta_m_valid", "Whether eta_m is a measurement; while false it is not used"),
     vector("nu_m", VELOCITY, "Measured body velocity, used with use_measured_velocity", unit=VELOCITY_UNITS),
     vector("eta_d", POSE, "Set-point in the earth frame", unit=POSE_UNITS),
+    vector("eta_dot_d", POSE, "Rate of the set-point", unit=VELOCITY_UNITS),
     switch("disable", "Switch the thrusters off and freeze the estimate"),
 )
 
 
-def outputs(estimate: Signal, *disturbance_from: str) -> tuple[Signal, ...]:
+def outputs(estimate: Signal, *disturbance_from: str, law: tuple[str, ...] = ("K_P", "K_D")) -> tuple[Signal, ...]:
     """Return the outputs of a controller with its own estimate among them.
 
-    disturbance_from are the parameters on which the estimated wrench depends in Initialization Mode.
+    disturbance_from are the parameters on which the estimated wrench depends in Initialization Mode, law those on which
+    the demanded one does besides.
     """
     disturbance = (*_MEASURED, *disturbance_from)
-    tau = tuple(dict.fromkeys((*disturbance, *_PD)))
+    tau = tuple(dict.fromkeys((*disturbance, *ERROR_FROM, *RATE_FROM, "eta_dot_d", *law, *_WEIGHT)))
     return (
         indexed("u", N_THRUSTERS, "Thruster force command", unit="N", initially_from=(*tau, *_THRUSTERS)),
         vector("tau", WRENCH, "Demanded wrench, body frame, before limits", unit=WRENCH_UNITS, initially_from=tau),
@@ -166,10 +156,10 @@ def outputs(estimate: Signal, *disturbance_from: str) -> tuple[Signal, ...]:
             "eta_dot",
             POSE,
             "Rate of the pose that the law used",
-            unit=("m/s",) * 3 + ("rad/s",) * 3,
-            initially_from=_RATE,
+            unit=VELOCITY_UNITS,
+            initially_from=RATE_FROM,
         ),
-        vector("e", POSE, "Pose error that the law used", unit=POSE_UNITS, initially_from=_ERROR),
+        vector("e", POSE, "Pose error that the law used", unit=POSE_UNITS, initially_from=ERROR_FROM),
         switch("saturated", "Whether a thruster command is limited", initially_from=(*tau, *_THRUSTERS)),
     )
 
@@ -199,15 +189,9 @@ GAINS = (
 CONTROL_ROLL_PITCH = switch(
     "control_roll_pitch", "Control roll and pitch too; false: the paper's four degrees of freedom"
 )
-SAMPLING = (
-    Signal("sample_time", "Time between samples", unit="s", start=SAMPLE_TIME, minimum=1e-6),
-    Signal("filter_time_constant", "Time constant T_f of the lead filter", unit="s", start=0.1, minimum=1e-6),
-    switch("use_measured_velocity", "Take the velocity from nu_m in place of the lead filter"),
-)
-STATES = (
-    vector("eta", POSE, "Pose of the last valid measurement"),
-    vector("filter_difference", POSE, "State of the lead filter"),
-    Signal("filter_ready", "Whether the lead filter has a last measurement"),
+PROJECTION = switch(
+    "projection",
+    "Stop the estimate at what the thrusters can hold; false: where they do not deliver what is demanded at rest",
 )
 REQUIREMENTS = (
     Requirement(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .frames import rotation, skew
-from .interface import XYZ, Requirement, Signal, count, vector
+from .interface import VELOCITY, XYZ, Requirement, Signal, count, vector
 
 N_THRUSTERS = 8
 THRUSTERS = count(N_THRUSTERS)
@@ -18,6 +18,9 @@ FORCES = ("dB", "F_C.x", "F_C.y", "F_C.z", "F_A.x", "F_A.y", "F_A.z")
 
 The paper calls their vector theta, which in code is the pitch angle alone; theta_hat is the paper's estimate of it.
 """
+
+COUPLE = ("M.x", "M.y", "M.z")
+"""A couple in N m, earth frame, on the vehicle."""
 
 FOUR_DOF = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 1.0])
 """Selects surge, sway, heave and yaw: the paper's four degrees of freedom."""
@@ -84,6 +87,11 @@ def disturbance_map(eta: Any, r_B: Any, r_C: Any, r_A: Any) -> Any:
     return np.concatenate([forces, np.concatenate(moments, axis=1)], axis=0)
 
 
+def couple_map(eta: Any) -> Any:
+    """Return the body wrench, shape (6, 3), of a couple of 1 N m about each axis of the earth frame."""
+    return np.concatenate([np.zeros((3, 3)), rotation(eta[3:6]).T], axis=0)
+
+
 def allocation_matrix(r: Any, d: Any, enabled: Any) -> Any:
     """Return B, shape (6, n): column i is the body wrench of 1 N of thruster i, zero if it is not enabled.
 
@@ -112,6 +120,35 @@ WEIGHT_PARAMETERS = (
     Signal("g", "Acceleration of gravity", unit="m/s2", start=9.81, minimum=0.0),
     vector("r_G", XYZ, "Centre of gravity in the body frame", unit="m"),
     vector("r_B", XYZ, "Centre of buoyancy in the body frame (estimate)", unit="m", start=[0.0, 0.0, 0.05]),
+)
+_MASS_UNITS = ("kg", "kg", "kg", "kg.m2", "kg.m2", "kg.m2")
+_LINEAR_UNITS = ("N.s/m", "N.s/m", "N.s/m", "N.m.s/rad", "N.m.s/rad", "N.m.s/rad")
+_QUADRATIC_UNITS = ("N.s2/m2", "N.s2/m2", "N.s2/m2", "N.m.s2/rad2", "N.m.s2/rad2", "N.m.s2/rad2")
+MODEL_PARAMETERS = (
+    vector(
+        "I",
+        ("xx", "yy", "zz", "xy", "xz", "yz"),
+        "Moment or product of inertia of the dry vehicle about the body origin (estimate)",
+        unit="kg.m2",
+        start=[3.7, 6.3, 5.9, 0.0, 0.0, 0.0],
+    ),
+    vector(
+        "added_mass",
+        VELOCITY,
+        "Added mass, positive (roll and pitch: estimate)",
+        unit=_MASS_UNITS,
+        start=[40.0, 48.0, 56.0, 5.5, 9.4, 8.8],
+        minimum=0.0,
+    ),
+    vector("D_linear", VELOCITY, "Linear damping, positive", unit=_LINEAR_UNITS, minimum=0.0),
+    vector(
+        "D_quadratic",
+        VELOCITY,
+        "Quadratic damping, positive (roll and pitch: estimate)",
+        unit=_QUADRATIC_UNITS,
+        start=[130.0, 195.0, 286.0, 4.8, 9.8, 10.18],
+        minimum=0.0,
+    ),
 )
 R_A = vector("r_A", XYZ, "Base of the arm in the body frame (estimate)", unit="m", start=[_HALF_LENGTH, 0.0, 0.0])
 ATTACK_POINTS = (

@@ -1,10 +1,11 @@
-"""Published vehicles in the loop: their parameters from a file each, the controllers' gains by one rule.
+"""Published vehicles in the loop: their parameters from a file each, the controllers' gains by a rule.
 
-The rule: each gain of an axis is the paper's times the ratio of the inertias, added mass included, so the closed loop
-has the paper's frequency and the damping that the paper's controller gives; a vehicle's own damping comes on top, as
-there. The gains of x and y are in the earth frame, where surge and sway turn into each other: both take the mean of the
-two ratios. Gamma of a force takes the ratio of the inertia that it moves, and so do the forces of umbilical and arm: a
-PD controller has the paper's offsets. Roll and pitch are free but, as in the paper, not controlled.
+Two rules make the gains. `scaled`: each gain of an axis is the paper's times the ratio of the inertias, added mass
+included, so the closed loop has the paper's frequency and the damping that the paper's controller gives; a vehicle's
+own damping comes on top, as there. The gains of x and y are in the earth frame, where surge and sway turn into each
+other: both take the mean of the two ratios. Gamma of a force takes the ratio of the inertia that it moves, and so do
+the forces of umbilical and arm: a PD controller has the paper's offsets. `tuned`: those of `control.tuning`, from the
+lag of the loop. Roll and pitch are free but, as in the paper, not controlled.
 """
 
 from collections.abc import Mapping
@@ -15,11 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rov_cosim.components.adaptive_pd import COMPONENT as ADAPTIVE_PD
-from rov_cosim.components.interface import POSE, VELOCITY, XYZ, Component
+from rov_cosim.components.interface import POSE, VELOCITY, XYZ, Component, Sampled
 from rov_cosim.components.passive_arm import COMPONENT as PASSIVE_ARM
 from rov_cosim.components.pid import COMPONENT as PID
 from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
-from rov_cosim.components.vehicle import FORCES
+from rov_cosim.components.sliding_mode import COMPONENT as SLIDING_MODE
+from rov_cosim.components.sun_cheah import COMPONENT as SUN_CHEAH
+from rov_cosim.components.vehicle import COUPLE, FORCES
+from rov_cosim.control.tuning import Rule, Timing, tuned
 from rov_cosim.exporters.model_description import describe
 from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.parameter_set import read_parameter_set
@@ -36,8 +40,45 @@ VEHICLES = {
 }
 """Description of each vehicle by name; its parameters are those in vehicles/NAME.ssv."""
 
-CONTROLLERS = ("adaptive_pd", "pid", "pd")
-"""The controllers to compare; pd is adaptive_pd without adaptation."""
+EXTENSIONS: Mapping[str, Value] = {
+    "filter_time_constant": 0.15,
+    "bridging": 0.3,
+    "projection": True,
+    "adapt_by_pose": True,
+    "memory": 10.0,
+    "alpha": 1.0,
+}
+"""What the controllers have beyond the paper, as far as a component has it; the gains by the tuning rule go with it.
+
+The filter is slower than the paper's because the tuning rule damps more: K_D / T_f is what noise takes of the thrust.
+"""
+
+RULE = Rule(integral=0.2)
+"""Integrates twice as fast as the rule by itself: currents vary in a minute."""
+
+ARM_SHARE = 0.25
+"""Of the adaptation that the rule gives the arm's force, as much is left to it; the umbilical's force takes the rest.
+
+What the arm's force is taken for wrongly turns the vehicle by its lever, and the couple learns the yaw without it.
+"""
+
+YAW_SHARE = 0.3
+"""W Gamma W^T over M omega^2 in yaw, which is measured without noise; elsewhere it is `tuning.ADAPTED_SHARE`."""
+
+CONTROLLERS: Mapping[str, Sampled] = {
+    "adaptive_pd": ADAPTIVE_PD,
+    "extended": ADAPTIVE_PD,
+    "pid": PID,
+    "sliding_mode": SLIDING_MODE,
+    "sun_cheah": SUN_CHEAH,
+    "pd": ADAPTIVE_PD,
+}
+"""The component of each controller to compare.
+
+adaptive_pd is the paper's law with the scaled gains, and pd the same without adaptation. extended is the law with
+`EXTENSIONS` and tuned gains, and pid has of these what a PID controller can have. sliding_mode and sun_cheah are as in
+the literature, with scaled gains.
+"""
 
 STOP_TIME = 300.0
 """Duration of a run in s: a trouble may come at 60 s, and the yaw is adapted through the arm's lever, which is slow."""
@@ -54,8 +95,9 @@ def named(vehicle: str, controller: str) -> str:
 def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
     """Return the system in which a controller holds one of `VEHICLES`, from the paper's start, under its loads."""
     plant = parameters_of(vehicle)
-    component = PID if controller == "pid" else ADAPTIVE_PD
-    known = {**_shared(component, plant), **gains(component, plant)}
+    component, is_extended = CONTROLLERS[controller], controller in ("extended", "pid")
+    gains = extended(component, plant) if is_extended else scaled(component, plant)
+    known = {**_shared(component, plant), **gains}
     attachment = {
         f"attachment.{axis}": float(plant[f"r_A.{axis}"]) + gap for axis, gap in zip(XYZ, ATTACHMENT, strict=True)
     }
@@ -69,6 +111,7 @@ def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
         },
         STOP_TIME,
         component.name,
+        set_point_rate=is_extended,
     )
 
 
@@ -92,29 +135,56 @@ def inertia(plant: Mapping[str, Value]) -> NDArray[np.float64]:
 
 
 def ratios(plant: Mapping[str, Value]) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the inertia relative to the paper's vehicle: by axis of the pose, and by unknown force."""
+    """Return the inertia relative to the paper's vehicle: by axis of the pose, and by unknown force or couple."""
     paper = _declared(ROV_PLANT)
     ratio = inertia(plant) / inertia(paper)
     ratio[:2] = ratio[:2].mean()
     by_axis = dict(zip(POSE, ratio.tolist(), strict=True))
-    return by_axis, {force: by_axis["x" if force[-1] in "xy" else "z"] for force in FORCES}
+    by_load = {force: by_axis["x" if force[-1] in "xy" else "z"] for force in FORCES}
+    by_load |= dict(zip(COUPLE, ratio[3:].tolist(), strict=True))
+    return by_axis, by_load
 
 
-def gains(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
+def scaled(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
     """Return the gains of a controller for a vehicle: the declared ones, which are the paper's, scaled."""
-    by_axis, by_force = ratios(plant)
+    by_axis, by_load = ratios(plant)
     declared = _declared(component)
-    scaled = {name: by_axis[name.partition(".")[2]] for name in declared if name.startswith("K_")}
-    scaled |= {name: by_force[name.partition(".")[2]] for name in declared if name.startswith("Gamma.")}
-    return {name: float(f"{declared[name] * ratio:.4g}") for name, ratio in scaled.items()}
+    ratio = {name: by_axis[name.partition(".")[2]] for name in declared if name.startswith("K_")}
+    ratio |= {name: by_load[name.partition(".")[2]] for name in declared if name.startswith("Gamma.")}
+    return {name: float(f"{declared[name] * r:.4g}") for name, r in ratio.items()}
+
+
+def extended(component: Sampled, plant: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the gains of a controller for a vehicle by the tuning rule, and what it has of `EXTENSIONS`."""
+    has = {name: value for name, value in EXTENSIONS.items() if name in component.p.names}
+    timing = Timing(filter_time_constant=float(EXTENSIONS["filter_time_constant"]))
+    gains = tuned(component, inertia(plant), _shared(component, plant), timing, RULE)
+    if "Gamma.M.z" in gains:
+        gains |= _learnt_by_couple(gains, plant, inertia(plant)[5] * RULE.omega(timing) ** 2)
+    return {**gains, **has}
+
+
+def _learnt_by_couple(gains: Mapping[str, float], plant: Mapping[str, Value], stiffness: float) -> dict[str, float]:
+    """Return what `ARM_SHARE` and `YAW_SHARE` change in tuned gains; stiffness is that of yaw, in N m/rad."""
+    gamma: dict[str, float] = {}
+    for axis in XYZ:
+        arm, umbilical = (gains[f"Gamma.F_{point}.{axis}"] for point in "AC")
+        gamma |= {f"Gamma.F_A.{axis}": ARM_SHARE * arm, f"Gamma.F_C.{axis}": umbilical + (1 - ARM_SHARE) * arm}
+    by_levers = sum(
+        gamma[f"Gamma.F_{point}.{axis}"] * float(plant[f"r_{point}.{lever}"]) ** 2
+        for point in "AC"
+        for axis, lever in ("xy", "yx")
+    )
+    yaw = {"Gamma.M.z": max(YAW_SHARE * stiffness - by_levers, 0.0), "K_P.psi": (1 - YAW_SHARE) * stiffness}
+    return {name: float(f"{value:.4g}") for name, value in {**gamma, **yaw}.items()}
 
 
 def loads(plant: Mapping[str, Value]) -> dict[str, Value]:
     """Return the forces of umbilical and arm: those of the paper's experiment, scaled."""
-    _, by_force = ratios(plant)
+    _, by_load = ratios(plant)
     paper = station_keeping.SYSTEM.parameters["rov_plant"]
     return {
-        name: float(f"{float(paper[name]) * by_force[name]:.4g}") for name in FORCES if name != "dB" and name in paper
+        name: float(f"{float(paper[name]) * by_load[name]:.4g}") for name in FORCES if name != "dB" and name in paper
     }
 
 

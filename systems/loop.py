@@ -9,13 +9,14 @@ from rov_cosim.ssp.values import Value
 CONTROLLER = "controller"
 """The element that controls, in every system."""
 
-CONTROLLER_COMPONENTS = ("adaptive_pd", "pid")
+CONTROLLER_COMPONENTS = ("adaptive_pd", "pid", "sliding_mode", "sun_cheah")
 """The components that fit into the loop as its controller."""
 
 CONNECTIONS = (
     ("scenario.eta_d", f"{CONTROLLER}.eta_d"),
     ("scenario.current", "rov_plant.current"),
     ("scenario.F_umbilical", "rov_plant.F_umbilical"),
+    ("scenario.thrust_loss", "rov_plant.thrust_loss"),
     ("rov_plant.eta", "passive_arm.eta"),
     ("rov_plant.nu", f"{CONTROLLER}.nu_m"),
     ("passive_arm.eta_m", f"{CONTROLLER}.eta_m"),
@@ -24,6 +25,9 @@ CONNECTIONS = (
     (f"{CONTROLLER}.u", "rov_plant.u"),
 )
 """The connections of the loop with a scenario."""
+
+SET_POINT_RATE = ("scenario.eta_dot_d", f"{CONTROLLER}.eta_dot_d")
+"""The connection that lets the controller follow a moving set-point, which the paper has not."""
 
 
 def element_of(component: str) -> str:
@@ -46,14 +50,22 @@ def station_keeping_loop(
 
 
 def scenario_loop(
-    name: str, description: str, parameters: Mapping[str, Mapping[str, Value]], stop_time: float, controller: str
+    name: str,
+    description: str,
+    parameters: Mapping[str, Mapping[str, Value]],
+    stop_time: float,
+    controller: str,
+    set_point_rate: bool = False,
 ) -> System:
-    """Return the same loop with a scenario before the arm, and one of `CONTROLLER_COMPONENTS` as its controller."""
+    """Return the same loop with a scenario before the arm, and one of `CONTROLLER_COMPONENTS` as its controller.
+
+    The controller is told the rate of the set-point, or not.
+    """
     return System(
         name=name,
         description=description,
         elements={element_of(name): name for name in ("scenario", "passive_arm", controller, "rov_plant")},
-        connections=CONNECTIONS,
+        connections=(*CONNECTIONS, SET_POINT_RATE) if set_point_rate else CONNECTIONS,
         parameters=parameters,
         stop_time=stop_time,
     )
@@ -61,8 +73,9 @@ def scenario_loop(
 
 def controller_in(system: System) -> str:
     """Return what controls a system of this loop: a component, or pd for the adaptive one without adaptation."""
+    component = system.elements[CONTROLLER]
     adapts = system.parameters.get(CONTROLLER, {}).get("adaptation", True)
-    return system.elements[CONTROLLER] if adapts else "pd"
+    return component if adapts or component != "adaptive_pd" else "pd"
 
 
 def without_adaptation(system: System, name: str, description: str) -> System:

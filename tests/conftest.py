@@ -10,7 +10,6 @@ from rov_cosim.exporters.build import build_fmus, components, fmu_path, project_
 from rov_cosim.study import archives as building
 from rov_cosim.study.matrix import wired
 from rov_cosim.systems.catalogue import SYSTEMS
-from rov_cosim.systems.fleet import CONTROLLERS
 
 
 class Archives(dict[str, Path]):
@@ -95,8 +94,8 @@ def native(fmus, tmp_path):
 
 @pytest.fixture(scope="session")
 def loops(fmus):
-    """Return the loops of one vehicle, by vehicle and controller."""
-    return wired(["bluerov2"], CONTROLLERS)
+    """Return the loops of one vehicle, by vehicle and controller, with three that differ."""
+    return wired(["bluerov2"], ["adaptive_pd", "pid", "pd"])
 
 
 @pytest.fixture(scope="session")

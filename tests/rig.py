@@ -16,6 +16,8 @@ RELAXED: dict[str, dict[str, float]] = {
     },
     "adaptive_pd": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
     "pid": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
+    "sliding_mode": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
+    "sun_cheah": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
     "scenario": {
         **{"current_mean.x": 0.2, "current_std.y": 0.1, "pull[1].F.x": 5.0, "pull[1].begin": 0.1, "pull[2].F.z": -2.0},
         **{"step.x": 0.3, "step_begin": 0.2, "motion.y": 0.2},

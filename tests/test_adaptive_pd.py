@@ -14,13 +14,21 @@ from rov_cosim.components.rov_plant import COMPONENT as PLANT
 RANDOM = np.random.default_rng(3)
 T = 0.03
 SIX = {"control_roll_pitch": 1}
-FORCES = np.array([5.0, 4.0, -3.0, 2.0, 8.0, -6.0, 1.0])
+LOADS = np.array([5.0, 4.0, -3.0, 2.0, 8.0, -6.0, 1.0, 0.5, -0.3, 2.0])
 
 
 def controller(**values: float) -> Rig:
     rig = Rig(CONTROLLER, values)
     rig.set({"eta_m_valid": 1})
     return rig.start()
+
+
+def load_map(eta, p):
+    """Return W, shape (6, 10), of seven forces and a couple, point by point."""
+    R = frames.rotation(eta[3:6])
+    at = [(p.r_B, R.T[:, 2]), *((r, axis) for r in (p.r_C, p.r_A) for axis in R)]
+    forces = [np.concatenate([force, np.cross(r, force)]) for r, force in at]
+    return np.array([*forces, *(np.concatenate([np.zeros(3), axis]) for axis in R)]).T
 
 
 def state(**values):
@@ -32,25 +40,26 @@ def state(**values):
 
 def test_the_law_is_equation_4_and_the_adaptation_equation_5_in_the_papers_own_form():
     p = parameters(CONTROLLER, control_roll_pitch=1, use_measured_velocity=1, r_G=[0.02, 0.01, -0.03])
+    p.Gamma = np.concatenate([p.Gamma[:7], [3.0, 4.0, 5.0]])
     for _ in range(20):
         eta = np.concatenate([RANDOM.normal(size=3), RANDOM.uniform(-0.9, 0.9, 3)])
-        eta_d, nu = RANDOM.normal(size=6) * 0.3, RANDOM.normal(size=6)
-        x = state(theta_hat=FORCES)
-        u = inputs(CONTROLLER, eta_m=eta, eta_m_valid=1, nu_m=nu, eta_d=eta_d)
+        eta_d, eta_dot_d, nu = RANDOM.normal(size=6) * 0.3, RANDOM.normal(size=6) * 0.1, RANDOM.normal(size=6)
+        x = state(theta_hat=LOADS)
+        u = inputs(CONTROLLER, eta_m=eta, eta_m_valid=1, nu_m=nu, eta_d=eta_d, eta_dot_d=eta_dot_d)
         after, outputs = equations.sample(x, u, p, None)
 
         J = frames.jacobian(eta)
-        Phi = -np.linalg.inv(J.T) @ vehicle.disturbance_map(eta, p.r_B, p.r_C, p.r_A)
+        Phi = -np.linalg.inv(J.T) @ load_map(eta, p)
         g = np.linalg.inv(J.T) @ vehicle.restoring(eta, p.mass, p.g, p.r_G, p.r_B)
         e, eta_dot = eta - eta_d, J @ nu
-        tau = J.T @ (-p.K_P * e - p.K_D * eta_dot + g + Phi @ FORCES)
+        tau = J.T @ (-p.K_P * e - p.K_D * (eta_dot - eta_dot_d) + g + Phi @ LOADS)
         epsilon = p.epsilon_0 / (1 + p.alpha * np.linalg.norm(e))
-        rate = -p.Gamma * (Phi.T @ (eta_dot + epsilon * e))
+        rate = -p.Gamma * (Phi.T @ (eta_dot - eta_dot_d + epsilon * e))
         assert outputs["tau"] == pytest.approx(tau)
         assert outputs["e"] == pytest.approx(e)
         assert outputs["eta_dot"] == pytest.approx(eta_dot)
-        assert outputs["disturbance"] == pytest.approx(-J.T @ Phi @ FORCES)
-        assert after["theta_hat"] - FORCES == pytest.approx(T * rate)
+        assert outputs["disturbance"] == pytest.approx(-J.T @ Phi @ LOADS)
+        assert after["theta_hat"] - LOADS == pytest.approx(T * rate)
         B = vehicle.allocation_matrix(p.thruster_r, p.thruster_d, p.thruster_enabled)
         assert outputs["u"] == pytest.approx(B.T @ np.linalg.inv(B @ B.T) @ tau)
 
@@ -59,10 +68,10 @@ def test_the_four_dof_form_leaves_roll_and_pitch_out_everywhere():
     p = parameters(CONTROLLER, use_measured_velocity=1)
     eta = np.array([0.1, 0.2, 0.3, 0.05, -0.04, 0.6])
     u = inputs(CONTROLLER, eta_m=eta, eta_m_valid=1, nu_m=RANDOM.normal(size=6))
-    _, outputs = equations.sample(state(theta_hat=FORCES), u, p, None)
+    _, outputs = equations.sample(state(theta_hat=LOADS), u, p, None)
     for key in ("tau", "e", "eta_dot"):
         assert np.array_equal(outputs[key][3:5], np.zeros(2))
-    x = state(theta_hat=FORCES)
+    x = state(theta_hat=LOADS)
     turned = inputs(CONTROLLER, eta_m=eta, eta_m_valid=1, eta_d=[0, 0, 0, 0.4, -0.4, 0])
     still = inputs(CONTROLLER, eta_m=eta, eta_m_valid=1)
     for a, b in zip(equations.sample(x, turned, p, None), equations.sample(x, still, p, None), strict=True):
@@ -137,7 +146,7 @@ def test_without_a_measurement_the_last_estimate_is_fed_forward():
     rig.step()
     rig.step()
     held = rig.get("theta_hat")
-    W = vehicle.disturbance_map(np.array([0, 0, 0, 0, 0, 0.6]), *(rig.get(point) for point in ("r_B", "r_C", "r_A")))
+    W = load_map(np.array([0, 0, 0, 0, 0, 0.6]), rig.parameters())
     assert rig.get("tau") == pytest.approx(-(W @ held) * vehicle.FOUR_DOF)
     assert np.array_equal(rig.get("e"), np.zeros(6))
     assert np.abs(held - estimate).max() > 0  # the last valid sample still counts
@@ -161,14 +170,14 @@ def test_every_input_is_neutral_at_zero():
     rig = Rig(CONTROLLER).start()
     rig.run(1.0)
     assert np.array_equal(rig.get("u"), np.zeros(8))
-    assert np.array_equal(rig.get("theta_hat"), np.zeros(7))
+    assert np.array_equal(rig.get("theta_hat"), np.zeros(10))
 
 
 def test_without_adaptation_the_estimate_stays():
     rig = controller(adaptation=0)
     rig.set({"eta_m.x": 0.5})
     rig.run(1.0)
-    assert np.array_equal(rig.get("theta_hat"), np.zeros(7))
+    assert np.array_equal(rig.get("theta_hat"), np.zeros(10))
     assert rig.get("tau")[0] == pytest.approx(-80.0 * 0.5)
 
 

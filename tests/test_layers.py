@@ -17,6 +17,7 @@ LAYERS = [
     "master",
     "ssp",
     "exporters",
+    "control",
     "components",
     "errors",
     "loaded",

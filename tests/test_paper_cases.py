@@ -191,13 +191,24 @@ def test_station_keeping_measures_through_arm_encoders_noise_and_lead_filter(run
 
 
 def ideal_loop(
-    forces, stop, gains, adapt=None, lock=1, current=(0.0, 0.0, 0.0), start=(0.52, 0.73, 0.62, 0.0, 0.0, 0.83)
+    forces,
+    stop,
+    gains,
+    adapt=None,
+    lock=1,
+    current=(0.0, 0.0, 0.0),
+    start=(0.52, 0.73, 0.62, 0.0, 0.0, 0.83),
+    couple=0.0,
 ):
-    """Integrate the continuous loop of equations 1, 4 and 5 with exact measurement; return the states over time."""
+    """Integrate the continuous loop of equations 1, 4 and 5 with exact measurement; return the states over time.
+
+    The estimate has the paper's seven forces, and a couple of this gain.
+    """
     six = {"control_roll_pitch": 1 - lock}
     p_c = parameters(CONTROLLER, use_measured_velocity=1, sample_time=1.0, **six, **gains)
     if adapt is not None:
         p_c.Gamma = p_c.Gamma * adapt
+    p_c.Gamma = np.concatenate([p_c.Gamma, [couple] * 3])
     p_v = parameters(PLANT, lock_roll_pitch=lock, forces=forces)
     u_v = inputs(PLANT, current=current)
     M = motion.inertia(p_v)
@@ -210,7 +221,7 @@ def ideal_loop(
         # With a sample time of 1 s Euler's step is the rate itself.
         return np.concatenate([motion.rates(z[:6], z[6:12], outputs["tau"], M, u_v, p_v), after["theta_hat"] - z[12:]])
 
-    z_0 = np.concatenate([start, np.zeros(13)])
+    z_0 = np.concatenate([start, np.zeros(16)])
     solution = solve_ivp(f, (0, stop), z_0, rtol=1e-8, atol=1e-10, dense_output=True)
     return solution, p_c, M
 
@@ -220,9 +231,11 @@ FORCES = np.array([5.0, 4, 4, 0, 8, 8, 0])
 GAINS = {"K_P": [100, 100, 120, 55, 55, 55], "K_D": [90, 90, 90, 80, 80, 80], "Gamma": [100.0] * 7}
 
 
-def test_the_lyapunov_function_falls_along_the_ideal_loop():
-    solution, p, M = ideal_loop(FORCES, 40.0, {**GAINS, "epsilon_0": 0.26}, lock=1)
-    dof = vehicle.FOUR_DOF
+@pytest.mark.parametrize("couple", [0.0, 30.0])
+def test_the_lyapunov_function_falls_along_the_ideal_loop(couple):
+    # The proof takes any constant loads with a known map to the wrench: a couple beside the forces is one more.
+    solution, p, M = ideal_loop(FORCES, 40.0, {**GAINS, "epsilon_0": 0.26}, lock=1, couple=couple)
+    dof, adapted = vehicle.FOUR_DOF, p.Gamma > 0
 
     def V(z):
         eta, nu, estimate = z[:6], z[6:12], z[12:]
@@ -230,9 +243,9 @@ def test_the_lyapunov_function_falls_along_the_ideal_loop():
         M_eta = J_inverse.T @ M @ J_inverse
         e, rate = eta * dof, frames.jacobian(eta) @ nu
         epsilon = p.epsilon_0 / (1 + p.alpha * np.linalg.norm(e))
-        wrong = estimate - FORCES
+        wrong = (estimate - np.concatenate([FORCES, np.zeros(3)]))[adapted]
         kinetic, spring = 0.5 * rate @ M_eta @ rate, 0.5 * e @ (p.K_P * e)
-        return kinetic + spring + epsilon * e @ M_eta @ rate + 0.5 * wrong @ (wrong / p.Gamma)
+        return kinetic + spring + epsilon * e @ M_eta @ rate + 0.5 * wrong @ (wrong / p.Gamma[adapted])
 
     values = np.array([V(z) for z in solution.sol(np.linspace(0, 40, 2000)).T])
     assert np.diff(values).max() < 1e-9
@@ -250,7 +263,7 @@ def test_without_an_arm_four_adapted_forces_bring_the_error_to_zero():
     umbilical = np.array([5.0, 4, 4, 0, 0, 0, 0])
     solution, _, _ = ideal_loop(umbilical, 400.0, GAINS, adapt=np.array([1, 1, 1, 1, 0, 0, 0]))
     assert np.abs(solution.y[:6, -1]).max() < 1e-3
-    assert np.array_equal(solution.y[16:, -1], np.zeros(3))
+    assert np.array_equal(solution.y[16:, -1], np.zeros(6))
 
 
 def test_a_constant_current_is_absorbed_by_the_estimate():

@@ -3,4 +3,4 @@
 from ..feedback_cases import controller_cases
 from .interface import COMPONENT
 
-CASES = controller_cases(COMPONENT, "adaptation", {"theta_hat_0.dB": 5.0})
+CASES = controller_cases(COMPONENT, "adaptation", {"adaptation": 0}, {"theta_hat_0.dB": 5.0})

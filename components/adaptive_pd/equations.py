@@ -1,6 +1,7 @@
 """The adaptive PD controller of Hoang & Kreuzer 2007: eq. 4 is in `feedback`, eq. 5 is `adaptation_law`.
 
-theta_hat is the estimate of the unknown forces, `vehicle.FORCES`; W maps them to the body wrench.
+theta_hat is the estimate of the unknown forces and couple, `LOADS`; W maps them to the body wrench. The paper has the
+seven forces alone; its proof covers any constant loads whose wrench is W(eta) times them.
 """
 
 from collections.abc import Mapping
@@ -9,42 +10,58 @@ from typing import Any
 
 import numpy as np
 
-from .. import feedback
+from .. import feedback, measurement
 from ..frames import jacobian_inverse
-from ..vehicle import disturbance_map
+from ..measurement import Measured, measured
+from ..vehicle import COUPLE, FORCES, couple_map, disturbance_map
+
+LOADS = (*FORCES, *COUPLE)
+"""What is estimated."""
 
 
-def adaptation_law(eta: Any, e: Any, eta_dot: Any, W: Any, at_rest: Any, p: SimpleNamespace) -> Any:
-    """Return the rate of the estimate theta_hat, shape (7,), in N/s.
+def disturbance_of(loads: Any, eta: Any, p: SimpleNamespace) -> Any:
+    """Return W(eta) loads, the body wrench, shape (6,), of `LOADS`, shape (10,)."""
+    forces, couple = loads[: len(FORCES)], loads[len(FORCES) :]
+    return disturbance_map(eta, p.r_B, p.r_C, p.r_A) @ forces + couple_map(eta) @ couple
 
-    theta_hat' = Gamma W^T(eta) J^-1(eta) (eta' + epsilon_0 / (1 + alpha |e|) e)        (Hoang & Kreuzer 2007, eq. 5)
 
-    where W^T J^-1 is the paper's -Phi^T. eta, e and eta_dot are those of `feedback.measured`, W is `disturbance_map` at
-    eta. The body axes in which the thrusters do not deliver at_rest, from `feedback.pd_law`, are left out.
+def adaptation_law(m: Measured, demand: feedback.Demand, p: SimpleNamespace) -> Any:
+    """Return the rate of the estimate theta_hat, shape (10,), in N/s and N m/s.
+
+    theta_hat' = Gamma W^T(eta) J^-1(eta) (e' + epsilon_0 / (1 + alpha |e|) e)        (Hoang & Kreuzer 2007, eq. 5)
+
+    where W^T J^-1 is the paper's -Phi^T. With p.adapt_by_pose e' is the mean rate since the last sample, at the pose
+    half-way. The body axes in which the thrusters do not deliver the demand are left out.
     """
-    epsilon = p.epsilon_0 / (1 + p.alpha * np.sqrt(np.sum(e**2)))
-    s = feedback.where_delivered(jacobian_inverse(eta) @ (eta_dot + epsilon * e), at_rest, p)
-    return np.where(p.adaptation > 0, p.Gamma * (W.T @ s), 0.0)
+    eta = np.where(p.adapt_by_pose > 0, m.eta_half_way, m.eta)
+    e_dot = np.where(p.adapt_by_pose > 0, m.e_dot_mean, m.e_dot)
+    epsilon = p.epsilon_0 / (1 + p.alpha * np.sqrt(np.sum(m.e**2)))
+    s = feedback.where_delivered(jacobian_inverse(eta) @ (e_dot + epsilon * m.e), demand, p)
+    of_forces, of_couple = disturbance_map(eta, p.r_B, p.r_C, p.r_A).T @ s, couple_map(eta).T @ s
+    return np.where(p.adaptation > 0, p.Gamma * np.concatenate([of_forces, of_couple]), 0.0)
 
 
 def sample(
     x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace, w: Any
 ) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
     """Return state and outputs after one sample; no draws are needed."""
-    eta, e, eta_dot, state = feedback.measured(x, u, p)
-    W = disturbance_map(eta, p.r_B, p.r_C, p.r_A)
-
-    disturbance = W @ x.theta_hat
-    tau, at_rest = feedback.pd_law(eta, e, eta_dot, disturbance, p)
-    rate = adaptation_law(eta, e, eta_dot, W, at_rest, p)
-
-    estimate = {"theta_hat": x.theta_hat, "disturbance": disturbance}
+    m = measured(x, u, p)
+    theta_hat = np.where(np.logical_and(m.lost, p.memory > 0), x.theta_mean, x.theta_hat)
+    disturbance = disturbance_of(theta_hat, m.eta, p)
+    demand = feedback.pd_law(m, disturbance, p)
+    rate = adaptation_law(m, demand, p)
+    share = np.where(p.memory > 0, -np.expm1(-p.sample_time / np.where(p.memory > 0, p.memory, 1.0)), 0.0)
+    estimate = {"theta_hat": theta_hat, "disturbance": disturbance}
     return (
-        {"theta_hat": x.theta_hat + p.sample_time * rate, **state},
-        {**feedback.command(tau, u, p), **estimate, "eta_dot": eta_dot, "e": e},
+        {
+            "theta_hat": theta_hat + p.sample_time * rate,
+            "theta_mean": x.theta_mean + share * (theta_hat - x.theta_mean),
+            **m.state,
+        },
+        {**feedback.command(demand.tau, u, p), **estimate, **m.outputs},
     )
 
 
 def initial_state(p: SimpleNamespace) -> Mapping[str, Any]:
     """Return the state before the first sample, with the initial estimate."""
-    return {"theta_hat": p.theta_hat_0, **feedback.initial_state()}
+    return {"theta_hat": p.theta_hat_0, "theta_mean": p.theta_hat_0, **measurement.initial_state()}

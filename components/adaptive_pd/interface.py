@@ -1,9 +1,11 @@
 """Interface of the controller; the default gains are those of Hoang & Kreuzer 2007, section 4.2."""
 
-from .. import feedback
+from .. import feedback, measurement
 from ..interface import Sampled, Signal, switch
-from ..vehicle import ATTACK_POINTS, FORCES, THRUSTER_PARAMETERS, WEIGHT_PARAMETERS
+from ..vehicle import ATTACK_POINTS, COUPLE, FORCES, THRUSTER_PARAMETERS, WEIGHT_PARAMETERS
 from . import equations
+
+_UNITS = ("N",) * len(FORCES) + ("N.m",) * len(COUPLE)
 
 COMPONENT = Sampled(
     name="adaptive_pd",
@@ -14,10 +16,10 @@ COMPONENT = Sampled(
     outputs=feedback.outputs(
         Signal(
             "theta_hat",
-            "Estimated force on the vehicle, earth frame",
+            "Estimated force or couple on the vehicle, earth frame",
             pattern="theta_hat.{}",
-            axes=(FORCES,),
-            unit="N",
+            axes=(equations.LOADS,),
+            unit=_UNITS,
             initially_from=("theta_hat_0",),
         ),
         "theta_hat_0",
@@ -29,11 +31,11 @@ COMPONENT = Sampled(
         *feedback.GAINS,
         Signal(
             "Gamma",
-            "Adaptation gain; 0: this force is not adapted",
+            "Adaptation gain; 0: this force or couple is not adapted",
             pattern="Gamma.{}",
-            axes=(FORCES,),
-            unit="N/m",
-            start=10.0,
+            axes=(equations.LOADS,),
+            unit=("N/m",) * len(FORCES) + ("N.m/rad",) * len(COUPLE),
+            start=[10.0] * len(FORCES) + [0.0] * len(COUPLE),
             minimum=0.0,
             tunable=True,
         ),
@@ -48,22 +50,31 @@ COMPONENT = Sampled(
         ),
         Signal("alpha", "Saturation of the error in the adaptation", start=2.0, minimum=0.0, tunable=True),
         switch("adaptation", "Adapt the estimate; false: PD with restoring compensation", start=1, tunable=True),
+        switch("adapt_by_pose", "Adapt by the way of the measured pose in place of the filtered velocity"),
+        Signal(
+            "memory",
+            "Time over which the estimate is averaged that is used while there is no measurement; 0: the last one",
+            unit="s",
+            minimum=0.0,
+        ),
+        feedback.PROJECTION,
         feedback.CONTROL_ROLL_PITCH,
         Signal(
             "theta_hat_0",
-            "Initial estimate of the force on the vehicle, earth frame",
+            "Initial estimate of the force or couple on the vehicle, earth frame",
             pattern="theta_hat_0.{}",
-            axes=(FORCES,),
-            unit="N",
+            axes=(equations.LOADS,),
+            unit=_UNITS,
         ),
-        *feedback.SAMPLING,
+        *measurement.PARAMETERS,
         *WEIGHT_PARAMETERS,
         *ATTACK_POINTS,
         *THRUSTER_PARAMETERS,
     ),
     states=(
-        Signal("theta_hat", "Estimated forces", axes=(FORCES,), pattern="theta_hat.{}"),
-        *feedback.STATES,
+        Signal("theta_hat", "Estimated forces and couple", axes=(equations.LOADS,), pattern="theta_hat.{}"),
+        Signal("theta_mean", "Mean of the estimate", axes=(equations.LOADS,), pattern="theta_mean.{}"),
+        *measurement.STATES,
     ),
     initial_state=equations.initial_state,
     sample=equations.sample,

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from .. import feedback
+from .. import feedback, measurement
 from ..frames import jacobian, jacobian_inverse
+from ..measurement import measured
 from ..vehicle import degrees_of_freedom
 
 
@@ -21,23 +22,23 @@ def sample(
     x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace, w: Any
 ) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
     """Return state and outputs after one sample; no draws are needed."""
-    eta, e, eta_dot, state = feedback.measured(x, u, p)
-    J = jacobian(eta)
+    m = measured(x, u, p)
+    J = jacobian(m.eta)
 
     disturbance = J.T @ x.integral
-    tau, at_rest = feedback.pd_law(eta, e, eta_dot, disturbance, p)
+    demand = feedback.pd_law(m, disturbance, p)
 
     # The thrusters saturate in body axes, so the rate of the integral part goes there and back.
-    rate = jacobian_inverse(eta).T @ feedback.where_delivered(J.T @ (p.K_I * e), at_rest, p)
+    rate = jacobian_inverse(m.eta).T @ feedback.where_delivered(J.T @ (p.K_I * m.e), demand, p)
     rate = np.where(p.integration > 0, degrees_of_freedom(p.control_roll_pitch) * rate, 0.0)
 
     estimate = {"integral": x.integral, "disturbance": disturbance}
     return (
-        {"integral": x.integral + p.sample_time * rate, **state},
-        {**feedback.command(tau, u, p), **estimate, "eta_dot": eta_dot, "e": e},
+        {"integral": x.integral + p.sample_time * rate, **m.state},
+        {**feedback.command(demand.tau, u, p), **estimate, **m.outputs},
     )
 
 
 def initial_state(p: SimpleNamespace) -> Mapping[str, Any]:
     """Return the state before the first sample, with the initial integral part."""
-    return {"integral": p.integral_0, **feedback.initial_state()}
+    return {"integral": p.integral_0, **measurement.initial_state()}

@@ -3,7 +3,7 @@
 omega_n = sqrt(K_P / M), with the inertia M, added mass included, of the paper's vehicle in each axis.
 """
 
-from .. import feedback
+from .. import feedback, measurement
 from ..interface import POSE, WRENCH_UNITS, Sampled, switch, vector
 from ..vehicle import THRUSTER_PARAMETERS, WEIGHT_PARAMETERS
 from . import equations
@@ -38,11 +38,12 @@ COMPONENT = Sampled(
         switch("integration", "Integrate the error; false: the integral part stays as it is", start=1, tunable=True),
         feedback.CONTROL_ROLL_PITCH,
         vector("integral_0", POSE, "Initial integral part, earth frame", unit=WRENCH_UNITS),
-        *feedback.SAMPLING,
+        feedback.PROJECTION,
+        *measurement.PARAMETERS,
         *WEIGHT_PARAMETERS,
         *THRUSTER_PARAMETERS,
     ),
-    states=(vector("integral", POSE, "Integral part"), *feedback.STATES),
+    states=(vector("integral", POSE, "Integral part"), *measurement.STATES),
     initial_state=equations.initial_state,
     sample=equations.sample,
     requirements=feedback.REQUIREMENTS,

@@ -74,14 +74,14 @@ def thrust_after(s: Any, thrust: Any, u: SimpleNamespace, p: SimpleNamespace) ->
     return target + (thrust - target) * decay
 
 
-def thruster_wrenches(p: SimpleNamespace) -> Any:
-    """Return B, shape (6, 8): the body wrench of 1 N of each thruster."""
-    return allocation_matrix(p.thruster_r, p.thruster_d, p.thruster_enabled)
+def thruster_wrenches(u: SimpleNamespace, p: SimpleNamespace) -> Any:
+    """Return B, shape (6, 8): the body wrench of 1 N of each thruster, less what it has lost."""
+    return allocation_matrix(p.thruster_r, p.thruster_d, p.thruster_enabled) * (1.0 - u.thrust_loss)
 
 
 def advance(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace, h: Any) -> Mapping[str, Any]:
     """Return the state after h by one step of the classical Runge-Kutta method."""
-    M, B = inertia(p), thruster_wrenches(p)
+    M, B = inertia(p), thruster_wrenches(u, p)
 
     def f(s: Any, z: Any) -> Any:
         return rates(z[0:6], z[6:12], B @ thrust_after(s, x.thrust, u, p), M, u, p)
@@ -100,7 +100,7 @@ def outputs_of(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> Ma
     return {
         "eta": x.eta,
         "nu": x.nu,
-        "tau": thruster_wrenches(p) @ thrust_after(0.0, x.thrust, u, p),
+        "tau": thruster_wrenches(u, p) @ thrust_after(0.0, x.thrust, u, p),
         "disturbance": disturbance(x.eta, u, p),
     }
 

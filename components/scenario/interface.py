@@ -1,6 +1,7 @@
 """Interface of the scenario. All is neutral by default: still water, no pull, the set-point handed on."""
 
-from ..interface import POSE, POSE_UNITS, SAMPLE_TIME, XYZ, Sampled, Signal, count, vector
+from ..interface import POSE, POSE_UNITS, SAMPLE_TIME, VELOCITY_UNITS, XYZ, Sampled, Signal, count, indexed, vector
+from ..vehicle import N_THRUSTERS, THRUSTERS
 from . import equations
 
 _PULLS = count(2)
@@ -25,7 +26,13 @@ COMPONENT = Sampled(
             XYZ,
             "Force of the umbilical on the vehicle, earth frame",
             unit="N",
-            initially_from=("pull_F", "pull_begin", "sample_time"),
+            initially_from=("pull_F", "pull_begin", "pull_rise", "sample_time"),
+        ),
+        indexed(
+            "thrust_loss",
+            N_THRUSTERS,
+            "Share of its force that the thruster has lost",
+            initially_from=("thrust_loss", "thrust_loss_begin", "sample_time"),
         ),
         vector(
             "eta_d",
@@ -33,6 +40,13 @@ COMPONENT = Sampled(
             "Set-point in the earth frame",
             unit=POSE_UNITS,
             initially_from=("set_point", "step", "step_begin", "sample_time"),
+        ),
+        vector(
+            "eta_dot_d",
+            POSE,
+            "Rate of the set-point's sine",
+            unit=VELOCITY_UNITS,
+            initially_from=("motion", "motion_period"),
         ),
     ),
     parameters=(
@@ -61,6 +75,21 @@ COMPONENT = Sampled(
             unit="s",
             minimum=0.0,
         ),
+        Signal(
+            "pull_rise",
+            "Time in which the pull grows to its force; 0: at once",
+            pattern="pull[{}].rise",
+            axes=(_PULLS,),
+            unit="s",
+            minimum=0.0,
+        ),
+        Signal(
+            "thrust_loss",
+            "Share of its force that the thruster loses; 1: dead, 2: reversed",
+            pattern="thruster[{}].loss",
+            axes=(THRUSTERS,),
+        ),
+        Signal("thrust_loss_begin", "When the thrusters fail", unit="s", minimum=0.0),
         vector("step", POSE, "Step of the set-point", unit=POSE_UNITS),
         Signal("step_begin", "When the set-point steps", unit="s", minimum=0.0),
         vector("motion", POSE, "Amplitude of the set-point's sine", unit=POSE_UNITS),

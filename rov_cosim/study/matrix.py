@@ -7,7 +7,10 @@ from functools import cache
 from itertools import product
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..ssp.declaration import System, wire
+from ..ssp.values import Value
 from ..ssp.wiring import Wiring
 from ..systems.fleet import holding
 from ..systems.loop import controller_in
@@ -15,7 +18,7 @@ from .campaign.case import Case
 from .campaign.errors import CampaignError, with_extra
 from .changes import Changes
 from .nominal import DoesNotApplyError
-from .scores import Score
+from .scores import VERDICTS, Score
 from .troubles import TROUBLES
 
 
@@ -76,8 +79,11 @@ def run_all(
     jobs: int,
     progress: Callable[[Iterable[Any], int], Iterable[Any]] = lambda done, total: done,
     scheduler: str = "",
+    seeds: int = 1,
 ) -> Matrix:
     """Run each loop in each of `TROUBLES` that is named; jobs and scheduler as in `engine.run_all`.
+
+    With several seeds, those of noise and current count up from the loop's own, and the score of a cell is its worst.
 
     `progress` wraps the runs as they come to an end, given their number.
 
@@ -89,24 +95,35 @@ def run_all(
     engine = with_extra("engine")
     left_out = {cell: why for cell in _cells(loops, troubles) if (why := _why_not(loops, cell))}
     cells = [cell for cell in _cells(loops, troubles) if cell not in left_out]
-    done: dict[Cell, Score] = {}
+    runs = [(cell, n) for cell in cells for n in range(seeds)]
+    done: dict[Cell, list[Score]] = {}
 
     def so_far() -> Matrix:
-        return Matrix({cell: done[cell] for cell in cells if cell in done}, left_out)
+        return Matrix({cell: max(done[cell], key=_badness) for cell in cells if cell in done}, left_out)
 
     def case(n: int) -> Case:
-        cell = cells[n]
-        return Case(cell[:2], Changes(troubles=(cell.trouble,)))
+        cell, further = runs[n]
+        return Case(cell[:2], Changes(values=_seeds(loops[cell[:2]], further), troubles=(cell.trouble,)))
 
     try:
-        with closing(engine.run_all(loops, case, range(len(cells)), jobs, scheduler)) as chunks:
-            for n, found in progress((run for chunk in chunks for run in chunk.items()), len(cells)):
-                done[cells[n]] = found
+        with closing(engine.run_all(loops, case, range(len(runs)), jobs, scheduler)) as chunks:
+            for n, found in progress((run for chunk in chunks for run in chunk.items()), len(runs)):
+                done.setdefault(runs[n][0], []).append(found)
     except KeyboardInterrupt:
-        raise MatrixError(f"Interrupted after {len(done)} of {len(cells)} runs.", so_far()) from None
+        raise MatrixError(f"Interrupted after {sum(map(len, done.values()))} of {len(runs)} runs.", so_far()) from None
     except CampaignError as error:
         raise MatrixError(str(error), so_far()) from error
     return so_far()
+
+
+def _seeds(wiring: Wiring, further: int) -> dict[str, Value | str]:
+    """Return the seeds of a loop, each so much further than its own; nothing for its own."""
+    ends = [f"{element.name}.seed" for element in wiring.elements if "seed" in element.variables]
+    return {end: int(wiring.value(end) or 0) + further for end in ends} if further else {}
+
+
+def _badness(score: Score) -> tuple[int, float]:
+    return VERDICTS.index(score.verdict), np.inf if score.rms is None else score.rms
 
 
 def _cells(loops: Loops, troubles: Sequence[str]) -> list[Cell]:

@@ -3,11 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ..components.adaptive_pd import COMPONENT as ADAPTIVE_PD
 from ..components.interface import XYZ, count
+from ..components.rov_plant import COMPONENT as ROV_PLANT
 from ..components.vehicle import FORCES, N_THRUSTERS, allocation_matrix, degrees_of_freedom, disturbance_map
 from ..ssp.values import Value, parse
 from ..ssp.wiring import Wiring, WiringError
-from ..systems.fleet import VEHICLES
+from ..systems.fleet import VEHICLES, scaled
 
 
 class DoesNotApplyError(WiringError):
@@ -61,8 +63,21 @@ class Nominal:
         return found
 
     def force(self, *offset: float) -> NDArray[np.float64]:
-        """Return the force in N, shape (3,), against which a PD controller has this offset in m."""
-        return self.vector("controller.K_P") * offset
+        """Return the force in N, shape (3,), against which the paper's PD controller has this offset in m."""
+        return self.stiffness() * offset
+
+    def stiffness(self) -> NDArray[np.float64]:
+        """Return K_P of x, y and z in N/m, shape (3,), of the paper's controller scaled to the vehicle.
+
+        So the vehicle is under the same forces whatever controls it. Of a vehicle of another make, whose inertia is not
+        known, it is K_P of its controller.
+        """
+        plant = {name: self._wiring.value(f"rov_plant.{name}") for name in ROV_PLANT.p.names}
+        known = {name: value for name, value in plant.items() if value is not None}
+        if len(known) < len(plant):
+            return self.vector("controller.K_P")
+        gains = scaled(ADAPTIVE_PD, known)
+        return np.array([float(gains[f"K_P.{axis}"]) for axis in XYZ])
 
     def away(self) -> NDArray[np.float64]:
         """Return the direction, shape (3,), from the structure to the arm's base of a vehicle at the origin."""

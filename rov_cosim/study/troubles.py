@@ -1,10 +1,13 @@
 """What goes wrong at sea: each trouble is a set of start values for a loop, scaled to its vehicle.
 
-Forces are given by the offset that a PD controller would have under them, thrusts by what holding still takes.
+Forces are given by the offset that the paper's PD controller, scaled to the vehicle, would have under them, thrusts by
+what holding still takes.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 from ..components.interface import XYZ
 from ..components.passive_arm.equations import LONGEST_DELAY
@@ -20,6 +23,7 @@ Values = Mapping[str, Value]
 _COMES_BY = {
     "scenario.current": "scenario.current.x",
     "scenario.pull": "scenario.F_umbilical.x",
+    "scenario.thruster": "scenario.thrust_loss[1]",
     "passive_arm.stiffness": "passive_arm.F_arm.x",
 }
 """The output by which a parameter's trouble comes to the vehicle, which another make of vehicle may not listen to."""
@@ -59,11 +63,16 @@ def _fixed(**elements: Values) -> Callable[[Nominal], Values]:
 
 
 def _pull(
-    loop: Nominal, number: int, offset: tuple[float, float, float], begin: float, duration: float = 0.0
+    loop: Nominal,
+    number: int,
+    offset: tuple[float, float, float],
+    begin: float,
+    duration: float = 0.0,
+    rise: float = 0.0,
 ) -> Values:
     """Return a pull of the umbilical against which a PD controller has this offset in m."""
     force = {f"F.{axis}": f for axis, f in zip(XYZ, loop.force(*offset).tolist(), strict=True)}
-    pull = {**force, "begin": begin, "duration": duration}
+    pull = {**force, "begin": begin, "duration": duration, **({"rise": rise} if rise else {})}
     return {f"scenario.pull[{number}].{name}": value for name, value in pull.items()}
 
 
@@ -77,6 +86,11 @@ def _dragged_away(loop: Nominal, duration: float) -> Values:
 def _scaled(*ends: str, by: float) -> Callable[[Nominal], Values]:
     """Return start values multiplied by a factor."""
     return lambda loop: {end: by * loop.value(end) for end in ends}
+
+
+def _heavier(by: float) -> Callable[[Nominal], Values]:
+    """Return the vehicle's mass and inertia multiplied by a factor."""
+    return _scaled("rov_plant.mass", "rov_plant.I.xx", "rov_plant.I.yy", "rov_plant.I.zz", by=by)
 
 
 def _thrust_max(share: float) -> Callable[[Nominal], Values]:
@@ -93,6 +107,14 @@ def _where_tilted(values: Callable[[Nominal], Values]) -> Callable[[Nominal], Va
         return values(loop)
 
     return checked
+
+
+def _turned(loop: Nominal, psi: float) -> Values:
+    """Return a set-point turned about the arm's base, which stays where it is."""
+    x, y, _ = loop.vector("passive_arm.r_A")
+    c, s = np.cos(psi), np.sin(psi)
+    step = {"x": x - c * x + s * y, "y": y - s * x - c * y, "psi": psi}
+    return {**{f"scenario.step.{axis}": float(value) for axis, value in step.items()}, "scenario.step_begin": ONSET}
 
 
 def _delay(samples: int) -> Trouble:
@@ -113,24 +135,44 @@ _LIST = (
     Trouble(
         "paper_gains",
         "the gains of the paper's vehicle, not scaled",
-        lambda loop: loop.declared("controller", "K_", "Gamma."),
+        lambda loop: loop.declared("controller", "K_", "Gamma.", "epsilon_0"),
     ),
     Trouble(
         "six_dof",
         "roll and pitch are controlled too",
         _where_tilted(_fixed(controller={"control_roll_pitch": True})),
     ),
+    Trouble(
+        "six_dof_tilted",
+        "roll and pitch are controlled too, and stepped by 10 and -8 deg",
+        _where_tilted(
+            _fixed(
+                controller={"control_roll_pitch": True},
+                scenario={"step.phi": 0.17, "step.theta": -0.14, "step_begin": ONSET},
+            )
+        ),
+    ),
     Trouble("current", "0.22 m/s, constant", _fixed(scenario={"current_mean.x": 0.2, "current_mean.y": 0.1})),
     *(_varying_current(seed) for seed in (1, 2, 3)),
     Trouble(
         "arm_pull",
         "the arm pulls like a spring of 0.3 K_P towards the structure",
-        lambda loop: {"passive_arm.stiffness": 0.3 * loop.value("controller.K_P.x")},
+        lambda loop: {"passive_arm.stiffness": 0.3 * float(loop.stiffness()[0])},
     ),
     Trouble(
         "umbilical_steps",
         "pulls worth 0.1 m of PD offset from 60 s on, other ones from 90 s on",
         lambda loop: {**_pull(loop, 1, (0.1, -0.1, 0.1), ONSET), **_pull(loop, 2, (-0.2, 0.1, -0.1), ONSET + 30.0)},
+    ),
+    Trouble(
+        "load_ramp",
+        "a pull that grows to 0.15 m of PD offset in each axis from 60 s to the end",
+        lambda loop: _pull(loop, 1, (0.15, -0.15, -0.15), ONSET, rise=240.0),
+    ),
+    Trouble(
+        "picked_up",
+        "a weight worth 0.3 m of PD offset, from 60 s on, mass and inertia 1.2 times what they were",
+        lambda loop: {**_pull(loop, 1, (0.0, 0.0, -0.3), ONSET), **_heavier(1.2)(loop)},
     ),
     Trouble("thruster_lag", "time constant 0.3 s", _fixed(rov_plant={"thruster_time_constant": 0.3})),
     Trouble("thruster_lag_long", "time constant 1 s", _fixed(rov_plant={"thruster_time_constant": 1.0})),
@@ -153,9 +195,19 @@ _LIST = (
         _scaled(*(f"rov_plant.thruster[1].d.{axis}" for axis in XYZ), by=-1.0),
     ),
     Trouble(
+        "thruster_dies",
+        "thruster 1 dies at 60 s, unknown",
+        _fixed(scenario={"thruster[1].loss": 1.0, "thrust_loss_begin": ONSET}),
+    ),
+    Trouble(
+        "thruster_turns",
+        "thruster 1 pushes the other way from 60 s on, unknown",
+        _fixed(scenario={"thruster[1].loss": 2.0, "thrust_loss_begin": ONSET}),
+    ),
+    Trouble(
         "wrong_mass",
         "mass and inertia 1.5 times what the gains are made for",
-        _scaled("rov_plant.mass", "rov_plant.I.xx", "rov_plant.I.yy", "rov_plant.I.zz", by=1.5),
+        _heavier(1.5),
     ),
     Trouble(
         "wrong_r_A",
@@ -185,6 +237,11 @@ _LIST = (
     Trouble("bias", "the arm measures 20 mm too far in x", _fixed(passive_arm={"bias.x": 0.02})),
     Trouble("dropout", "one sample in ten lost", _fixed(passive_arm={"dropout": 0.1})),
     Trouble("dropout_half", "half the samples lost", _fixed(passive_arm={"dropout": 0.5})),
+    Trouble(
+        "slow_samples",
+        "arm and controller sample every 60 ms",
+        _fixed(passive_arm={"sample_time": 0.06}, controller={"sample_time": 0.06}),
+    ),
     *(_delay(samples) for samples in range(1, LONGEST_DELAY + 1)),
     Trouble("out_of_reach", "dragged out of the arm's reach for 3 s, and back", lambda loop: _dragged_away(loop, 3.0)),
     Trouble("far_out_of_reach", "the same with pulls of 6 s", lambda loop: _dragged_away(loop, 6.0)),
@@ -193,11 +250,31 @@ _LIST = (
         "0.3, -0.2, 0.2 m and 90 deg at once",
         _fixed(scenario={"step.x": 0.3, "step.y": -0.2, "step.z": 0.2, "step.psi": 1.5708, "step_begin": ONSET}),
     ),
+    Trouble("turned_about", "turned by 195 deg about the arm's base at once", lambda loop: _turned(loop, 3.4)),
     Trouble(
         "set_point_motion",
         "sways by 0.1 m in x and z and 20 deg in yaw, 60 s",
         _fixed(scenario={"motion.x": 0.1, "motion.z": 0.1, "motion.psi": 0.35}),
     ),
 )
-TROUBLES: Mapping[str, Trouble] = {trouble.name: trouble for trouble in _LIST}
+_PAIRS = (
+    ("current", "delay_5"),
+    ("current", "thruster_lost"),
+    ("dropout_half", "delay_3"),
+    ("wrong_mass", "thruster_lag"),
+    ("wrong_r_A", "umbilical_steps"),
+)
+
+
+def _both(first: Trouble, second: Trouble) -> Trouble:
+    return Trouble(
+        f"{first.name}+{second.name}", "both at once", lambda loop: {**first.values(loop), **second.values(loop)}
+    )
+
+
+_BY_NAME = {trouble.name: trouble for trouble in _LIST}
+TROUBLES: Mapping[str, Trouble] = {
+    **_BY_NAME,
+    **{both.name: both for a, b in _PAIRS for both in [_both(_BY_NAME[a], _BY_NAME[b])]},
+}
 """All troubles by name, in the order of the table."""

@@ -41,6 +41,13 @@ def _some(name: str, known: Iterable[str], which: str = "Only") -> Callable[[Cal
 @_some("trouble", TROUBLES)
 @_some("system", SYSTEMS, "Besides the vehicles, or alone if none is named,")
 @options.changes_but_troubles
+@click.option(
+    "--seeds",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Seeds of noise and current; a cell has the worst of them.",
+)
 @options.jobs
 @options.scheduler
 @click.option(
@@ -53,6 +60,7 @@ def command(
     troubles: tuple[str, ...],
     systems: tuple[str, ...],
     changes: Changes,
+    seeds: int,
     jobs: int,
     scheduler: str,
     output: Path | None,
@@ -63,15 +71,16 @@ def command(
         servant.begin()
     folder = (output or results_folder()).absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    chosen = vehicles or (() if systems else tuple(VEHICLES)), controllers or CONTROLLERS
+    chosen = vehicles or (() if systems else tuple(VEHICLES)), controllers or tuple(CONTROLLERS)
     swapped = [f"{element} is {fmu.name}" for element, fmu in changes.swaps.items()]
     note = "; ".join([*swapped, *(f"{name} = {value}" for name, value in changes.values.items())])
+    several = [f"seeds={seeds}"] if seeds > 1 else []
     # A part must not take the place of the whole, nor of another part.
-    stem = file_name("+".join(["matrix", *vehicles, *controllers, *systems, *changes.words(), *troubles]))
+    stem = file_name("+".join(["matrix", *vehicles, *controllers, *systems, *changes.words(), *troubles, *several]))
     with counted() as warn:
         loops = wired(*chosen, changes, warn, [SYSTEMS[name] for name in systems], say)
     try:
-        found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress, scheduler)
+        found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress, scheduler, seeds)
     except MatrixError as error:
         if not error.matrix.scores:
             raise
