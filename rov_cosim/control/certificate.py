@@ -43,6 +43,24 @@ class Certificate:
         """The loop around its equilibrium."""
         return linear(self.loop, self.equilibrium)
 
+    @cached_property
+    def level(self) -> Linear:
+        """The loop with what the controller leaves alone locked: roll and pitch, in the paper's four degrees of freedom."""
+        if not self.tilts:
+            return self.linear
+        loop = self._level_loop
+        return linear(loop, loop.equilibrium())
+
+    @property
+    def tilts(self) -> bool:
+        """Tell whether the vehicle is free in roll and pitch and the controller leaves them alone."""
+        free = not self.loop.p(self.loop.plant).lock_roll_pitch
+        return bool(free and not self.loop.p(self.loop.controller).control_roll_pitch)
+
+    @property
+    def _level_loop(self) -> Loop:
+        return self.loop.with_keys({"lock_roll_pitch": 1.0}) if self.tilts else self.loop
+
     @property
     def pose(self) -> Matrix:
         """Pose at rest, shape (6,)."""
@@ -75,13 +93,13 @@ class Certificate:
 
     @cached_property
     def margins(self) -> dict[int, Margin]:
-        """The margins by controlled axis; none of an unstable loop."""
-        return {axis: self.linear.margin(axis) for axis in self.linear.controlled} if self.linear.is_stable else {}
+        """The margins by controlled axis, level; none of an unstable loop."""
+        return {axis: self.level.margin(axis) for axis in self.level.controlled} if self.level.is_stable else {}
 
     @cached_property
     def common_margin(self) -> Margin | None:
-        """The margins of all axes at once; None for an unstable loop."""
-        return self.linear.common_margin() if self.linear.is_stable else None
+        """The margins of all axes at once, level; None for an unstable loop."""
+        return self.level.common_margin() if self.level.is_stable else None
 
     @cached_property
     def largest_sample_time(self) -> float:
@@ -97,17 +115,18 @@ class Certificate:
         return float(stable)
 
     def _is_stable_every(self, period: float) -> bool:
-        return linear(self.loop.sampled_every(period), self.equilibrium).radius < 1 + UNSTABLE
+        loop = self._level_loop.sampled_every(period)
+        return linear(loop, loop.equilibrium()).radius < 1 + UNSTABLE
 
     @cached_property
     def thrust_noise(self) -> float:
         """Standard deviation in N of the noisiest thruster's command, by the arm's noise; inf for an unstable loop."""
-        if not self.linear.is_stable:
+        if not self.level.is_stable:
             return np.inf
         arm = next(e for e, c in self.loop.components.items() if "noise_std" in {s.key for s in c.parameters})
         p = self.loop.p(arm)
         deviation = np.array([p.noise_std] * 3 + [p.noise_std_angle] * 3)
-        return float(self.linear.thrust_noise(deviation, float(p.noise_correlation_time)).max())
+        return float(self.level.thrust_noise(deviation, float(p.noise_correlation_time)).max())
 
     @property
     def is_adaptive(self) -> bool:

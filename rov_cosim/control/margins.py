@@ -106,12 +106,8 @@ class Linear:
 
     def margin(self, axis: int) -> Margin:
         """Return the margins of one axis while the others are closed, by its frequency response; of a stable loop."""
-        others = [i for i in range(6) if i != axis]
-        A = self.A + self.B[:, others] @ self.C[others]
         omega = np.geomspace(1e-4, np.pi, _FREQUENCIES) / self.step
-        z = np.exp(1j * omega * self.step)[:, None, None]
-        L = (self.C[axis] @ np.linalg.solve(z * np.eye(len(A)) - A, self.B[:, [axis]].astype(complex)))[:, 0]
-        # The loop is at its limit where L, the feedback's sign in it, is one.
+        L = self.response(axis, omega)
         size, turned = np.abs(L), np.angle(L)
         gains = [1 / at for at in _where_zero(turned, size)]
         crossovers = list(
@@ -126,6 +122,15 @@ class Linear:
             phase,
             crossover,
         )
+
+    def response(self, axis: int, omega: Matrix) -> NDArray[np.complex128]:
+        """Return the response of the loop opened in one axis, at frequencies in rad/s; it is at its limit at one."""
+        others = [i for i in range(6) if i != axis]
+        A = self.A + self.B[:, others] @ self.C[others]
+        z = np.exp(1j * omega * self.step)[:, None, None]
+        states = np.linalg.solve(z * np.eye(len(A)) - A, self.B[:, [axis]].astype(complex))
+        response: NDArray[np.complex128] = (self.C[axis] @ states)[:, 0]
+        return response
 
     def common_margin(self) -> Margin:
         """Return the margins in all axes at once, by the eigenvalues; of a stable loop."""

@@ -118,7 +118,7 @@ def sharp(case: Case) -> Condition:
     for _ in range(50 if np.isfinite(above) else 0):
         middle = (largest + above) / 2
         largest, above = (middle, above) if _by_axes(case._replace(epsilon_0=middle)) > 0 else (largest, middle)
-    return Condition("by axes", margin, largest)
+    return Condition("by axes", margin, float(largest))
 
 
 def _by_axes(case: Case) -> float:
@@ -139,21 +139,21 @@ def _by_axes(case: Case) -> float:
 def coriolis_constant(M: Matrix) -> float:
     """Return k_c with |C(eta, x) y| <= k_c |x| |y| (property P5) for the Christoffel form of C.
 
-    M turns with yaw alone, dM/dpsi = R N R^T with N = S M - M S, so C(x) y = (x_psi N y + y_psi N x - e_psi x^T N y) / 2.
+    M turns with yaw alone, dM/dpsi = R N R^T with N = S M - M S: 2 C(x) y = x_psi N y + y_psi N x - e_psi x^T N y.
     It is bilinear and symmetric: the best y for an x is a singular vector, taken in turns from many starts. For a
     diagonal M it is |m_x - m_y| / sqrt(3).
     """
     N = _TURN @ M - M @ _TURN
     psi = np.eye(4)[3]
 
-    def C(x: Vector) -> Any:
+    def form(x: Vector) -> Any:
         return (x[3] * N + np.outer(N @ x, psi) - np.outer(psi, N @ x)) / 2
 
     best, random = 0.0, np.random.default_rng(1)
     for x in random.normal(size=(_STARTS, 4)):
         size, before = 0.0, -1.0
         for _ in range(_ITERATIONS):
-            _, sizes, rows = np.linalg.svd(C(x / np.linalg.norm(x)))
+            _, sizes, rows = np.linalg.svd(form(x / np.linalg.norm(x)))
             x, size, before = rows[0], float(sizes[0]), size
             if size - before < 1e-12:
                 break

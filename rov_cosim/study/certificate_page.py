@@ -1,16 +1,19 @@
 """A certificate in words: one page for the terminal."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ..components.interface import POSE
 from ..control.certificate import LEARNED, Certificate
 from ..control.lyapunov import BOX, Worst
-from ..control.margins import Margin
+from ..control.margins import UNSTABLE, Margin, Mode
 from ..control.theorem import failures
 
 _NAMES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+_SLOW, _WEAK = 0.2, 0.3
+"""Frequency in rad/s below, and damping ratio above which a swing is not told."""
+
 _SHARES = 0.05
 """Part of a direction that is not worth a word."""
 
@@ -20,9 +23,9 @@ def page(certificate: Certificate, worst: Worst | None = None) -> Iterator[str]:
     loop = certificate.loop
     yield f"{certificate.name}: {loop.law.name}, every {1e3 * loop.step:g} ms"
     yield ""
-    yield from _loop(certificate)
+    yield from loop_lines(certificate)
     yield ""
-    yield from _at_work(certificate)
+    yield from work_lines(certificate)
     if certificate.is_adaptive:
         yield ""
         yield from _theorem(certificate, worst)
@@ -30,34 +33,48 @@ def page(certificate: Certificate, worst: Worst | None = None) -> Iterator[str]:
         yield "The theorem of the paper is about the adaptive law: nothing is said by it of this controller."
 
 
-def _loop(certificate: Certificate) -> Iterator[str]:
-    linear, gains, M = certificate.linear, certificate.gains, np.diag(certificate.inertia)
+def loop_lines(certificate: Certificate) -> Iterator[str]:
+    """Yield gains, modes and margins."""
+    level, gains, M = certificate.level, certificate.gains, np.diag(certificate.inertia)
     damping = np.asarray(certificate.loop.p(certificate.loop.plant).D_linear)
     yield f"{'axis':9}{'K_P':>9}{'learned':>9}{'K_I':>9}{'omega':>8}{'zeta':>6}{'slowest':>9}   {_HEAD}"
     yield f"{'':9}{'':>9}{'+':>9}{'/s':>9}{'rad/s':>8}{'':>6}{'s':>9}   {_UNITS}"
-    modes = linear.modes()
-    for axis in linear.controlled:
+    modes = level.modes()
+    for axis in level.controlled:
         K, K_D = gains.stiffness[axis, axis], gains.K_D[axis, axis]
         omega = np.sqrt(K / M[axis])
         zeta = (K_D + damping[axis]) / (2 * np.sqrt(K * M[axis])) if K > 0 else np.nan
         slowest = max((abs(mode.time_constant) for mode in modes if mode.axis == POSE[axis]), default=np.nan)
         row = f"{POSE[axis]:9}{gains.K_P[axis, axis]:9.4g}{gains.adapted[axis, axis]:9.3g}{gains.K_I[axis, axis]:9.3g}"
         row += f"{omega:8.2f}{zeta:6.2f}{slowest:9.3g}"
-        yield f"{row}   {_margin(certificate.margins.get(axis))}"
-    yield f"{'all axes':59}   {_margin(certificate.common_margin)}"
-    if linear.is_stable:
-        samples = certificate.common_margin.delay / certificate.loop.step if certificate.common_margin else np.nan
-        sample_time = 1e3 * certificate.largest_sample_time
-        yield f"Stable, with {samples:.1f} samples of delay to spare; a sample time up to about {sample_time:.0f} ms."
+        yield f"{row}   {_margin(certificate.margins.get(axis))}".rstrip()
+    if margin := certificate.common_margin:
+        yield f"{'all axes':59}   {_margin(margin)}"
+        yield (
+            f"Stable, with {margin.delay / level.step:.1f} samples of delay to spare; a sample time up to about "
+            f"{1e3 * certificate.largest_sample_time:.0f} ms."
+        )
+    yield from _unstable(modes)
+    if certificate.tilts:
+        yield "All that is for a level vehicle. Roll and pitch are free and not controlled:"
+        tilting = [mode for mode in certificate.linear.modes() if mode.axis in POSE[3:5] and mode.frequency > _SLOW]
+        yield from (f"  {line}" for line in [*_unstable(certificate.linear.modes()), *_swings(tilting)])
+
+
+def _unstable(modes: Sequence[Mode]) -> Iterator[str]:
     for mode in modes:
-        if abs(mode.eigenvalue) > 1 + 1e-7:
+        if abs(mode.eigenvalue) > 1 + UNSTABLE:
             yield (
-                f"UNSTABLE in the small: {_NAMES[POSE.index(mode.axis)]} grows e-fold in {-mode.time_constant:.3g} s at "
-                f"{mode.frequency:.3g} rad/s (eigenvalue {abs(mode.eigenvalue):.5f})."
+                f"UNSTABLE in the small: {_NAMES[POSE.index(mode.axis)]} grows e-fold in {-mode.time_constant:.3g} s "
+                f"at {mode.frequency:.3g} rad/s (eigenvalue {abs(mode.eigenvalue):.5f})."
             )
-    weak = [m for m in modes if 0 < m.damping < 0.05]
-    for mode in weak:
-        yield f"Hardly damped: {_NAMES[POSE.index(mode.axis)]} at {mode.frequency:.2f} rad/s, ratio {mode.damping:.3f}."
+
+
+def _swings(modes: Sequence[Mode]) -> Iterator[str]:
+    for mode in modes:
+        if 0 < mode.damping < _WEAK:
+            name = _NAMES[POSE.index(mode.axis)]
+            yield f"{name} swings at {mode.frequency:.2f} rad/s with a damping ratio of {mode.damping:.3f}."
 
 
 _HEAD = f"{'gain':>17}{'phase':>7}{'delay':>7}"
@@ -74,7 +91,8 @@ def _margin(margin: Margin | None) -> str:
     return f"{f'{low} to {up}':>17}{phase:>7}{delay:>7}"
 
 
-def _at_work(certificate: Certificate) -> Iterator[str]:
+def work_lines(certificate: Certificate) -> Iterator[str]:
+    """Yield thrust at rest, noise, and what is learned."""
     limit = certificate.thrust_max
     of = f" of {limit:.3g} N" if np.isfinite(limit) else ", without a limit"
     tilt = np.degrees(certificate.pose[3:5])
@@ -118,7 +136,8 @@ def _vector(of: np.ndarray) -> str:
 
 def _theorem(certificate: Certificate, worst: Worst | None) -> Iterator[str]:
     case, (undamped, damped) = certificate.case, certificate.conditions
-    yield f"{f'Theorem, epsilon_0 {case.epsilon_0:.4g}':24}{'undamped':>12}{'epsilon_0 <':>13}{'damped':>12}{'epsilon_0 <':>13}"
+    title = f"Theorem, epsilon_0 {case.epsilon_0:.4g}"
+    yield f"{title:24}{'undamped':>12}{'epsilon_0 <':>13}{'damped':>12}{'epsilon_0 <':>13}"
     for both in zip(undamped, damped, strict=True):
         cells = (f"{one.margin:+12.4g}{'' if np.isnan(one.largest) else f'{one.largest:.3f}':>13}" for one in both)
         yield f"  {both[0].name:22}{''.join(cells)}"
