@@ -45,11 +45,8 @@ class Certificate:
 
     @cached_property
     def level(self) -> Linear:
-        """The loop with what the controller leaves alone locked: roll and pitch, in the paper's four degrees of freedom."""
-        if not self.tilts:
-            return self.linear
-        loop = self._level_loop
-        return linear(loop, loop.equilibrium())
+        """The same with roll and pitch locked if the controller leaves them alone: the paper's four axes."""
+        return linear(self._level_loop, self._level_rest) if self.tilts else self.linear
 
     @property
     def tilts(self) -> bool:
@@ -60,6 +57,10 @@ class Certificate:
     @property
     def _level_loop(self) -> Loop:
         return self.loop.with_keys({"lock_roll_pitch": 1.0}) if self.tilts else self.loop
+
+    @cached_property
+    def _level_rest(self) -> Matrix:
+        return self._level_loop.equilibrium() if self.tilts else self.equilibrium
 
     @property
     def pose(self) -> Matrix:
@@ -115,8 +116,7 @@ class Certificate:
         return float(stable)
 
     def _is_stable_every(self, period: float) -> bool:
-        loop = self._level_loop.sampled_every(period)
-        return linear(loop, loop.equilibrium()).radius < 1 + UNSTABLE
+        return linear(self._level_loop.sampled_every(period), self._level_rest).radius < 1 + UNSTABLE
 
     @cached_property
     def thrust_noise(self) -> float:

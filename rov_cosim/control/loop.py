@@ -86,9 +86,9 @@ class Loop:
         return replace(self, parameters={name: self._changed(name, values) for name in self.components})
 
     def sampled_every(self, period: float) -> "Loop":
-        """Return the loop with another sample time, its vehicle integrated in thirds of it."""
+        """Return the loop with another sample time of all that is sampled, and of the coupling."""
         periods = {c.period: period for c in self.components.values() if isinstance(c, Sampled)}
-        return replace(self.with_keys({**periods, "max_step": period / 3}), step=period)
+        return replace(self.with_keys(periods), step=period)
 
     def element_with(self, key: str) -> str:
         """Return the element that has an input of a key; LoopError if there is none."""
@@ -160,8 +160,7 @@ class Loop:
         ------
         LoopError : there is none within reach.
         """
-        # The internal step of the vehicle does not move the equilibrium: the longest is the quickest.
-        loop = self.with_keys({**IDEAL, "max_step": self.step})
+        loop = self._ideal
         z = loop.start(loop._set_point())
         for _ in range(WARM_UP):
             z = loop.stepped(z, held=(self.plant,))
@@ -183,7 +182,7 @@ class Loop:
         dz' = A dz + B dw, where w, shape (6,), is the measured pose as the controller receives it, and C dz what it
         would receive: with w = C z the loop is closed.
         """
-        loop, at = self.with_keys(IDEAL), self.places()
+        loop, at = self._ideal, self.places()
         controller, n = self.controller, len(z)
         received = self.ports(controller, "u", "eta_m")
         A, B, C = np.eye(n), np.zeros((n, 6)), np.zeros((6, n))
@@ -202,6 +201,11 @@ class Loop:
                 elif target.element == name:
                     A[rows, column] += factor * by_u[:, target.place]
         return A, B, C
+
+    @property
+    def _ideal(self) -> "Loop":
+        # One internal step of the vehicle: nothing in it is so quick that the linear motion would differ.
+        return self.with_keys({**IDEAL, "max_step": self.step})
 
     def _set_point(self) -> Matrix:
         """Return the pose that the controller is to hold at the start."""

@@ -125,12 +125,15 @@ def _by_axes(case: Case) -> float:
     m, n = _inertia(case)
     low, *_, high = np.linalg.eigvalsh(case.M)
     kappa = ((low + high) / (2 * np.sqrt(low * high)) - 1) / 2
-    d = case.D_linear + case.D_quadratic * (case.epsilon_0 / case.alpha if case.alpha > 0 else np.inf)
+    if case.alpha == 0 and (n.any() or case.D_quadratic.any()):
+        return -np.inf  # these terms grow with the error
+    error = 1 / case.alpha if case.alpha > 0 else 0.0
+    d = case.D_linear + case.epsilon_0 * error * case.D_quadratic
     if d.any() and (case.K_P[0] != case.K_P[1] or case.K_D[0] != case.K_D[1]):
         return -np.inf  # surge and sway are not the axes of both damping and gains
     least, most, K_P = _in_body(case.K_D, min), _in_body(case.K_D, max), _in_body(case.K_P, min)
     margins = [
-        least + d_i - case.epsilon_0 * _largest(m + (most + d_i) ** 2 / (4 * K_P), kappa * m, _over(n, 2 * case.alpha))
+        least + d_i - case.epsilon_0 * _largest(m + (most + d_i) ** 2 / (4 * K_P), kappa * m, error * n / 2)
         for d_i in (np.zeros(4), d)
     ]
     return float(np.min(margins))
@@ -177,7 +180,8 @@ def failures(found: Sequence[Condition], epsilon_0: float) -> list[str]:
 def _six(case: Case, name: str, fourth: float) -> Condition:
     m = np.linalg.eigvalsh(case.M)[-1]
     k_c = coriolis_constant(case.M)
-    per_epsilon = fourth + float(_over(np.array(k_c), case.alpha)) + m + case.K_D.max() / 2 + case.d_most / 2
+    coriolis = k_c / case.alpha if case.alpha > 0 else np.inf if k_c > 0 else 0.0
+    per_epsilon = fourth + coriolis + m + case.K_D.max() / 2 + case.d_most / 2
     left = case.K_D.min() + case.D_linear.min()
     return Condition(name, float(left - case.epsilon_0 * per_epsilon), float(left / per_epsilon))
 
@@ -186,11 +190,6 @@ def _inertia(case: Case) -> tuple[Vector, Vector]:
     """Return bounds by axis of eta'^T M eta', and of eta'^T (dM/dpsi) eta': sums of rows (Gershgorin)."""
     N = _TURN @ case.M - case.M @ _TURN
     return np.abs(case.M).sum(axis=1), np.abs(N).sum(axis=1)
-
-
-def _over(n: Vector, alpha: float) -> Vector:
-    """Return n / alpha, which for alpha = 0 is without bound unless n is zero."""
-    return n / alpha if alpha > 0 else np.where(n > 0, np.inf, 0.0)
 
 
 def _in_body(gain: Vector, bound: Callable[[Iterable[float]], float]) -> Vector:

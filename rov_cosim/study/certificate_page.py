@@ -1,6 +1,6 @@
-"""A certificate in words: one page for the terminal."""
+"""A certificate in words, one page for the terminal, and several in a table."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -31,6 +31,49 @@ def page(certificate: Certificate, worst: Worst | None = None) -> Iterator[str]:
         yield from _theorem(certificate, worst)
     else:
         yield "The theorem of the paper is about the adaptive law: nothing is said by it of this controller."
+
+
+def table(certificates: Iterable[Certificate], command: str) -> str:
+    """Return a page in Markdown with a row for each certificate."""
+    lines = [
+        "# Certificates",
+        "",
+        f"Written by `{command}`. Delay and gain are what the level loop has to spare in all axes at once;",
+        "[rov_cosim/control/README.md](../rov_cosim/control/README.md) tells what the columns mean.",
+        "",
+        "| system | delay to spare | gain | slowest mode | sample time up to | roll and pitch | thrust at rest "
+        "| its noise | epsilon_0 | (6) published | (6) corrected | by axes |",
+        f"|{'---|' * 12}",
+    ]
+    return "\n".join([*lines, *(f"| {' | '.join(_cells(one))} |" for one in certificates), ""])
+
+
+def _cells(certificate: Certificate) -> Iterator[str]:
+    yield f"`{certificate.name}`"
+    margin = certificate.common_margin
+    if margin is None:
+        yield from ("unstable", "", "", "")
+    else:
+        slowest = max((mode for mode in certificate.level.modes()), key=lambda mode: mode.time_constant)
+        yield f"{1e3 * margin.delay:.0f} ms, {margin.delay / certificate.loop.step:.1f} samples"
+        yield _factors(margin)
+        yield f"{slowest.time_constant:.3g} s, {_NAMES[POSE.index(slowest.axis)]}"
+        yield f"{1e3 * certificate.largest_sample_time:.0f} ms"
+    if certificate.tilts:
+        tilting = [mode for mode in certificate.linear.modes() if mode.axis in POSE[3:5] and mode.frequency > _SLOW]
+        least = min(mode.damping for mode in tilting)
+        yield "unstable" if least < 0 else f"damped by {least:.3f}"
+    else:
+        yield "locked" if certificate.loop.p(certificate.loop.plant).lock_roll_pitch else "controlled"
+    limit = f" of {certificate.thrust_max:.3g} N" if np.isfinite(certificate.thrust_max) else ""
+    yield f"{certificate.thrust:.3g} N{limit}"
+    yield f"{certificate.thrust_noise:.3g} N"
+    if not certificate.is_adaptive:
+        yield from [""] * 4
+        return
+    yield f"{certificate.case.epsilon_0:.3g}"
+    damped = certificate.conditions[1]
+    yield from (f"{condition.largest:.3f}" for condition in (damped[0], damped[1], damped[-1]))
 
 
 def loop_lines(certificate: Certificate) -> Iterator[str]:
@@ -84,11 +127,14 @@ _UNITS = f"{'times':>17}{'deg':>7}{'ms':>7}"
 def _margin(margin: Margin | None) -> str:
     if margin is None:
         return ""
-    low = f"{margin.gain_down:.2g}" if margin.gain_down else "0"
-    up = f"{margin.gain_up:.3g}" if np.isfinite(margin.gain_up) else "any"
     phase = "" if np.isnan(margin.phase) else f"{np.degrees(margin.phase):.0f}"
     delay = f"{1e3 * margin.delay:.0f}" if np.isfinite(margin.delay) else "any"
-    return f"{f'{low} to {up}':>17}{phase:>7}{delay:>7}"
+    return f"{_factors(margin):>17}{phase:>7}{delay:>7}"
+
+
+def _factors(margin: Margin) -> str:
+    low = f"{margin.gain_down:.2g}" if margin.gain_down else "0"
+    return f"{low} to {f'{margin.gain_up:.3g}' if np.isfinite(margin.gain_up) else 'any'}"
 
 
 def work_lines(certificate: Certificate) -> Iterator[str]:
@@ -142,8 +188,8 @@ def _theorem(certificate: Certificate, worst: Worst | None) -> Iterator[str]:
         cells = (f"{one.margin:+12.4g}{'' if np.isnan(one.largest) else f'{one.largest:.3f}':>13}" for one in both)
         yield f"  {both[0].name:22}{''.join(cells)}"
     yield (
-        f"Four degrees of freedom; each is to be positive. Damped: with the vehicle's own damping, in (6) and (7) at up "
-        f"to {case.speed:g} m/s and rad/s."
+        f"Four degrees of freedom; each is to be positive. Damped: with the vehicle's own damping, in (6) and (7) at "
+        f"up to {case.speed:g} m/s and rad/s."
     )
     if all(condition.holds for found in (undamped, damped) for condition in found[-2:]):
         yield "CERTIFIED by axes: V falls along every motion, whatever constant forces act."
@@ -155,6 +201,6 @@ def _theorem(certificate: Certificate, worst: Worst | None) -> Iterator[str]:
     if worst is not None:
         sign = "falls in all of them" if worst.share < 0 else "RISES in some"
         yield (
-            f"V' at {worst.states} states sought by an optimiser, errors to {BOX[0]:g} m and 180 deg, {BOX[6]:g} m/s: V "
-            f"{sign}; at worst {worst.share:+.3f} of what K_P and K_D take."
+            f"V' at {worst.states} states sought by an optimiser, errors to {BOX[0]:g} m and 180 deg, {BOX[6]:g} m/s: "
+            f"V {sign}; at worst {worst.share:+.3f} of what K_P and K_D take."
         )

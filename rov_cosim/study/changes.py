@@ -33,7 +33,7 @@ class Changes:
     maps : how, by element; an element needs none whose FMU has the same names.
     values : other start values, by ``element.variable``, as values or literals.
     troubles : names of `TROUBLES` that come over it then, scaled by the values that hold by then.
-    parameters : SSV files of start values, by ``element.variable``; `values` go before them, later files before earlier.
+    parameters : SSV files of start values, by ``element.variable``; `values` go before them.
     """
 
     swaps: Mapping[str, Path] = field(default_factory=dict)
