@@ -26,10 +26,27 @@ class Archives(dict[str, Path]):
         return self.setdefault(name, building.ssp_path(name, self._export))
 
 
+class Systems(dict[str, Path]):
+    """FMUs of whole systems by name, each built with its archive when it is asked for."""
+
+    def __init__(self, archives: dict[str, Path]) -> None:
+        self._archives = archives
+
+    def __missing__(self, name: str) -> Path:
+        assert self._archives[name]
+        return self.setdefault(name, fmu_path(project_root(), name))
+
+
 @pytest.fixture(scope="session")
 def archives(fmus) -> dict[str, Path]:
     """Return the SSP archives by system name."""
     return Archives("native")
+
+
+@pytest.fixture(scope="session")
+def systems(archives) -> dict[str, Path]:
+    """Return the FMUs of systems by system name."""
+    return Systems(archives)
 
 
 @pytest.fixture(scope="session")
