@@ -65,7 +65,7 @@ def _cells(certificate: Certificate) -> Iterator[str]:
         yield "unstable" if least < 0 else f"damped by {least:.3f}"
     else:
         yield "locked" if certificate.loop.p(certificate.loop.plant).lock_roll_pitch else "controlled"
-    limit = f" of {certificate.thrust_max:.3g} N" if np.isfinite(certificate.thrust_max) else ""
+    limit = f" of {certificate.thrust_max:.4g} N" if np.isfinite(certificate.thrust_max) else ""
     yield f"{certificate.thrust:.3g} N{limit}"
     yield f"{certificate.thrust_noise:.3g} N"
     if not certificate.is_adaptive:
@@ -140,7 +140,7 @@ def _factors(margin: Margin) -> str:
 def work_lines(certificate: Certificate) -> Iterator[str]:
     """Yield thrust at rest, noise, and what is learned."""
     limit = certificate.thrust_max
-    of = f" of {limit:.3g} N" if np.isfinite(limit) else ", without a limit"
+    of = f" of {limit:.4g} N" if np.isfinite(limit) else ", without a limit"
     tilt = np.degrees(certificate.pose[3:5])
     tilted = f"; roll {tilt[0]:.1f} deg, pitch {tilt[1]:.1f} deg" if np.abs(tilt).max() > _SHARES else ""
     yield f"Thrust at rest: {certificate.thrust:.3g} N{of}{tilted}."
