@@ -7,7 +7,9 @@ from pythonfmu.builder import FmuBuilder
 
 from fmu import Fmu
 from rov_cosim.exporters.build import build_fmus, components, fmu_path, project_root
+from rov_cosim.ssp.declaration import wire
 from rov_cosim.study import archives as building
+from rov_cosim.study.looped import loop_of
 from rov_cosim.study.matrix import wired
 from rov_cosim.systems.catalogue import SYSTEMS
 
@@ -102,3 +104,9 @@ def loops(fmus):
 def loop(loops):
     """Return the loop of this vehicle with the adaptive controller."""
     return loops["bluerov2", "adaptive_pd"]
+
+
+@pytest.fixture(scope="session")
+def paper_loop(fmus):
+    """Return the loop of the paper's simulation, to linearise it."""
+    return loop_of(wire(SYSTEMS["paper_simulation"]))
