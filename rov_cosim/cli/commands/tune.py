@@ -6,10 +6,8 @@ from typing import Any
 
 import click
 
-from ...components.interface import Sampled
 from ...control.certificate import Certificate
 from ...control.tuning import Rule, Timing, TuningError, tuned
-from ...exporters.build import components
 from ...ssp.declaration import wire
 from ...ssp.values import Value
 from ...ssp.wiring import suggestion
@@ -29,7 +27,9 @@ _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
 @click.argument("vehicle")
 @click.option("--controller", type=click.Choice(_KINDS), default=_KINDS[0], show_default=True, help="For this one.")
 @click.option("--delay", type=click.IntRange(0, 10), default=0, help="Samples by which the measurement is late.")
-@click.option("--filter-time-constant", type=_POSITIVE, help="T_f of the lead filter in s; 0.1 if left out.")
+@click.option(
+    "--filter-time-constant", type=_POSITIVE, help="T_f of the lead filter in s; the controller's if left out."
+)
 @click.option(
     "--thruster-lag",
     type=click.FloatRange(min=0),
@@ -68,12 +68,11 @@ def command(
         known = suggestion(vehicle, fleet.VEHICLES) or f" Known: {', '.join(fleet.VEHICLES)}; or name an .ssv."
         raise click.UsageError(f"there is no vehicle {vehicle}.{known}")
     plant = fleet.parameters_of(vehicle)
-    component = components()[controller]
-    assert isinstance(component, Sampled)
-    declared = dict(zip(component.p.names, component.p.start.tolist(), strict=True))
+    component, system = fleet.CONTROLLERS[controller], fleet.holding(vehicle, controller)
+    own = {**dict(zip(component.p.names, component.p.start.tolist(), strict=True)), **system.parameters[CONTROLLER]}
     lag = float(plant["thruster_time_constant"]) if thruster_lag is None else thruster_lag
     timing = Timing(
-        sample_time or declared["sample_time"], filter_time_constant or declared["filter_time_constant"], lag, delay
+        sample_time or float(own["sample_time"]), filter_time_constant or float(own["filter_time_constant"]), lag, delay
     )
     rule = Rule(bandwidth, damping)
     gains = tuned(component, fleet.inertia(plant), fleet.shared(component, plant), timing, rule)
@@ -86,7 +85,7 @@ def command(
     values: dict[str, Value] = {f"{CONTROLLER}.{name}": gain for name, gain in gains.items()}
     values |= {name: value for name, value in of_loop.items() if value is not None}
 
-    system = replace(fleet.holding(vehicle, controller), step_size=timing.sample_time)
+    system = replace(system, step_size=timing.sample_time)
     wiring = wire(system, progress=say).with_values(values)
     certificate = Certificate(system.name, loop_of(wiring))
     click.echo(f"{system.name}: lag {1e3 * timing.lag:.0f} ms, so omega {rule.omega(timing):.3g} rad/s\n")
