@@ -164,17 +164,20 @@ class Loop:
         z = loop.start(loop._set_point())
         for _ in range(WARM_UP):
             z = loop.stepped(z, held=(self.plant,))
-        for pseudo_steps in _PSEUDO_STEPS:
-            A, B, C = loop.linearised(z)
-            towards = np.linalg.pinv(A + B @ C - (1 + 1 / pseudo_steps) * np.eye(len(z)), rcond=1e-12)
-            for _ in range(_CHORD):
-                rest = loop.stepped(z) - z
-                if not np.isfinite(rest).all():
+        with np.errstate(all="ignore"):  # what diverges is told below
+            for pseudo_steps in _PSEUDO_STEPS:
+                A, B, C = loop.linearised(z)
+                if not np.isfinite(A).all():
                     break
-                if np.abs(rest).max() < FIXED:
-                    return z
-                z = z - towards @ rest
-        raise LoopError("The loop has no equilibrium near its set-point: nothing holds the vehicle there.")
+                towards = np.linalg.pinv(A + B @ C - (1 + 1 / pseudo_steps) * np.eye(len(z)), rcond=1e-12)
+                for _ in range(_CHORD):
+                    rest = loop.stepped(z) - z
+                    if not np.isfinite(rest).all():
+                        break
+                    if np.abs(rest).max() < FIXED:
+                        return z
+                    z = z - towards @ rest
+        raise LoopError("No equilibrium was found near the set-point: the loop cannot be linearised there.")
 
     def linearised(self, z: Matrix) -> tuple[Matrix, Matrix, Matrix]:
         """Return A, B, C of the open ideal loop around a state z, by central differences.
