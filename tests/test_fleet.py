@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
-from rov_cosim.components.vehicle import FORCES
+from rov_cosim.components.vehicle import COUPLE, FORCES
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp.wiring import WiringError
 from rov_cosim.study.matrix import Cell, run_all, wired
@@ -44,7 +44,7 @@ def test_the_papers_vehicle_has_the_papers_gains_and_loads():
     system = holding("hoang_kreuzer")
     gains = {name: value for name, value in system.parameters["controller"].items() if name[0] in "KG"}
     assert gains == pytest.approx({name: PAPER[name] for name in gains})
-    assert len(gains) == 6 + 6 + len(FORCES)
+    assert len(gains) == 6 + 6 + len(FORCES) + len(COUPLE)
     experiment = station_keeping.SYSTEM.parameters["rov_plant"]
     assert {name: system.parameters["rov_plant"][name] for name in experiment} == experiment
 
@@ -60,7 +60,7 @@ def still_water(loops):
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
-@pytest.mark.parametrize("controller", ["adaptive_pd", "pid"])
+@pytest.mark.parametrize("controller", ["adaptive_pd", "extended", "pid"])
 def test_every_vehicle_holds_in_still_water(still_water, vehicle, controller):
     score = still_water[Cell(vehicle, controller, "still_water")]
     assert score.verdict == "held"
