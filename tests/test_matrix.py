@@ -139,7 +139,7 @@ def test_the_page_has_the_verdicts_of_the_matrix_and_each_failure_is_explained(f
     page = (project_root() / "systems" / "MATRIX.md").read_text()
     assert verdicts(matrix_tables.markdown(matrix, "rov-cosim matrix", "matrix.svg")) == verdicts(page)
     told = (project_root() / "systems" / "FLEET.md").read_text().partition("## Why each trouble fails")[2]
-    explained = {name for row in re.findall(r"^- (`.*?`):", told, re.M) for name in re.findall(r"`(\w+)`", row)}
+    explained = {name for row in re.findall(r"^- (`.*?`):", told, re.M) for name in re.findall(r"`([\w+]+)`", row)}
     if {"delay_7", "delay_10"} <= explained:
         explained |= {"delay_8", "delay_9"}
     # PD has its offset everywhere: what is told of it is where it does worse.
@@ -152,7 +152,7 @@ def test_the_page_has_the_verdicts_of_the_matrix_and_each_failure_is_explained(f
     assert failed == explained
     never = told.partition("What all vehicles withstand")[2]
     assert set(TROUBLES) - failed - {"still_water"} <= {
-        *re.findall(r"`(\w+)`", never),
+        *re.findall(r"`([\w+]+)`", never),
         *(f"delay_{samples}" for samples in range(1, 7)),
     }
 
