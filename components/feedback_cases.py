@@ -21,7 +21,7 @@ def _swaying(t: Any) -> Any:
     return _pose(t, x=0.1 * np.sin(t), y=0.2 * np.cos(0.7 * t), z=0.05 * np.sin(2 * t), psi=0.3 * np.sin(0.5 * t))
 
 
-def _turning(t: Any) -> Any:
+def turning(t: Any) -> Any:
     """Return poses that move in all six axes."""
     return 0.2 * np.sin(np.outer(t, [0.9, 0.8, 0.7, 1.1, 1.2, 0.6]) + np.arange(6))
 
@@ -74,6 +74,18 @@ def controller_cases(
             },
         ),
         Case(
+            "bridged_gaps",
+            "Samples are lost, by threes and eight together, and bridged; the set-point moves, the pose jumps at 4 s",
+            200,
+            lambda t: {
+                "eta_m_valid": ~((np.floor(t / 0.09 + 0.01) % 3 == 1) | ((t > 2.5) & (t < 2.74))),
+                "eta_m": _swaying(t) + np.where(t[:, None] < 4.0, 0.0, [0.5, 0.0, 0.0, 0.0, 0.0, 0.0]),
+                "eta_d": 0.1 * np.sin(np.outer(t, np.arange(1, 7))),
+                "eta_dot_d": 0.1 * np.arange(1, 7) * np.cos(np.outer(t, np.arange(1, 7))),
+            },
+            {"bridging": 0.3, "projection": 1},
+        ),
+        Case(
             "saturation",
             "Thrusters of 8 N and a set-point far away, near from 4 s on",
             300,
@@ -103,9 +115,9 @@ def controller_cases(
             200,
             lambda t: {
                 "eta_m_valid": 1.0,
-                "eta_m": _turning(t),
-                "nu_m": 0.1 * _turning(t + 1.0),
-                "eta_d": _turning(0.5 * t),
+                "eta_m": turning(t),
+                "nu_m": 0.1 * turning(t + 1.0),
+                "eta_d": turning(0.5 * t),
             },
             {"use_measured_velocity": 1, "control_roll_pitch": 1, **without},
         ),
@@ -113,7 +125,7 @@ def controller_cases(
             "every_parameter",
             "No Real parameter at its start value but the sample time and the thrusters' directions",
             300,
-            lambda t: {"eta_m_valid": 1.0, "eta_m": _turning(t), "eta_d": _turning(0.5 * t)},
+            lambda t: {"eta_m_valid": 1.0, "eta_m": turning(t), "eta_d": turning(0.5 * t)},
             {**varied(component, "sample_time", "thruster_d"), "control_roll_pitch": 1, "thrust_max": 40.0},
         ),
     )

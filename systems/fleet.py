@@ -23,7 +23,7 @@ from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
 from rov_cosim.components.sliding_mode import COMPONENT as SLIDING_MODE
 from rov_cosim.components.sun_cheah import COMPONENT as SUN_CHEAH
 from rov_cosim.components.vehicle import COUPLE, FORCES
-from rov_cosim.control.tuning import Rule, Timing, tuned
+from rov_cosim.control.tuning import ADAPTED_SHARE, Rule, Timing, tuned
 from rov_cosim.exporters.model_description import describe
 from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.parameter_set import read_parameter_set
@@ -47,23 +47,23 @@ EXTENSIONS: Mapping[str, Value] = {
     "projection": True,
     "adapt_by_pose": True,
     "memory": 10.0,
-    "alpha": 1.0,
+    "alpha": 0.5,
 }
 """What the controllers have beyond the paper, as far as a component has it; the gains by the tuning rule go with it.
 
 The filter is slower than the paper's because the tuning rule damps more: K_D / T_f is what noise takes of the thrust.
 """
 
-RULE = Rule(integral=0.2)
-"""Integrates twice as fast as the rule by itself: currents vary in a minute."""
+RULE = Rule(integral=0.17)
+"""Integrates faster than the rule by itself: currents vary in a minute."""
 
-ARM_SHARE = 0.25
+ARM_SHARE = 0.4
 """Of the adaptation that the rule gives the arm's force, as much is left to it; the umbilical's force takes the rest.
 
 What the arm's force is taken for wrongly turns the vehicle by its lever, and the couple learns the yaw without it.
 """
 
-YAW_SHARE = 0.3
+YAW_SHARE = 0.36
 """W Gamma W^T over M omega^2 in yaw, which is measured without noise; elsewhere it is `tuning.ADAPTED_SHARE`."""
 
 CONTROLLERS: Mapping[str, Sampled] = {
@@ -177,12 +177,18 @@ def extended(component: Sampled, plant: Mapping[str, Value]) -> dict[str, Value]
     timing = Timing(filter_time_constant=float(EXTENSIONS["filter_time_constant"]))
     gains = tuned(component, inertia(plant), shared(component, plant), timing, RULE)
     if "Gamma.M.z" in gains:
-        gains |= _learnt_by_couple(gains, plant, inertia(plant)[5] * RULE.omega(timing) ** 2)
+        gains |= _learnt_by_couple(gains, plant, inertia(plant)[3:] * RULE.omega(timing) ** 2)
     return {**gains, **has}
 
 
-def _learnt_by_couple(gains: Mapping[str, float], plant: Mapping[str, Value], stiffness: float) -> dict[str, float]:
-    """Return what `ARM_SHARE` and `YAW_SHARE` change in tuned gains; stiffness is that of yaw, in N m/rad."""
+def _learnt_by_couple(
+    gains: Mapping[str, float], plant: Mapping[str, Value], stiffness: NDArray[np.float64]
+) -> dict[str, float]:
+    """Return what `ARM_SHARE` and `YAW_SHARE` change in tuned gains.
+
+    stiffness, shape (3,), is M omega^2 of roll, pitch and yaw in N m/rad. The couple is adapted in roll and pitch too,
+    for the case that they are controlled: the moment about the line from r_C to r_A is no force's.
+    """
     gamma: dict[str, float] = {}
     for axis in XYZ:
         arm, umbilical = (gains[f"Gamma.F_{point}.{axis}"] for point in "AC")
@@ -192,8 +198,11 @@ def _learnt_by_couple(gains: Mapping[str, float], plant: Mapping[str, Value], st
         for point in "AC"
         for axis, lever in ("xy", "yx")
     )
-    yaw = {"Gamma.M.z": max(YAW_SHARE * stiffness - by_levers, 0.0), "K_P.psi": (1 - YAW_SHARE) * stiffness}
-    return {name: float(f"{value:.4g}") for name, value in {**gamma, **yaw}.items()}
+    couple = dict(zip(COUPLE, ADAPTED_SHARE * stiffness, strict=True))
+    gamma |= {f"Gamma.{moment}": value for moment, value in couple.items()}
+    gamma["Gamma.M.z"] = max(YAW_SHARE * stiffness[2] - by_levers, 0.0)
+    changed = {**gamma, "K_P.psi": (1 - YAW_SHARE) * stiffness[2]}
+    return {name: float(f"{value:.4g}") for name, value in changed.items()}
 
 
 def loads(plant: Mapping[str, Value]) -> dict[str, Value]:

@@ -14,13 +14,17 @@ RELAXED: dict[str, dict[str, float]] = {
         **{"noise_std_angle": 0.01, "noise_correlation_time": 0.5, "stiffness": 3.0, "preload.z": 1.0},
         **{"delay": 2, "dropout": 0.1},
     },
-    "adaptive_pd": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
-    "pid": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
+    "adaptive_pd": {
+        **{"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01, "bridging": 0.1},
+        **{"adapt_by_pose": True, "projection": True, "memory": 5.0, "Gamma.M.x": 2.0, "Gamma.M.z": 3.0},
+    },
+    "pid": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01, "bridging": 0.1},
     "sliding_mode": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
     "sun_cheah": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
     "scenario": {
         **{"current_mean.x": 0.2, "current_std.y": 0.1, "pull[1].F.x": 5.0, "pull[1].begin": 0.1, "pull[2].F.z": -2.0},
-        **{"step.x": 0.3, "step_begin": 0.2, "motion.y": 0.2},
+        **{"step.x": 0.3, "step_begin": 0.2, "motion.y": 0.2, "pull[1].rise": 0.3},
+        **{"thruster[2].loss": 0.5, "thrust_loss_begin": 0.2},
     },
 }
 """Settings that put every term of the equations to work."""

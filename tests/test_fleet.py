@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
-from rov_cosim.components.vehicle import FORCES
+from rov_cosim.components.vehicle import COUPLE, FORCES
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp.wiring import WiringError
 from rov_cosim.study.matrix import Cell, run_all, wired
@@ -40,11 +40,38 @@ def test_the_closed_loop_has_the_papers_frequency_and_damping(vehicle):
         assert gains[gain] == pytest.approx(mean * PAPER[gain], rel=1e-3)
 
 
+@pytest.mark.parametrize("vehicle", VEHICLES)
+def test_the_extended_law_has_the_bandwidth_of_its_lag_in_every_axis(vehicle):
+    gains, M, p = holding(vehicle, "extended").parameters["controller"], totals(vehicle), parameters_of(vehicle)
+    omega = 0.2 / (2.5 * 0.03 + 0.15)
+    M["x"] = M["y"] = (M["x"] + M["y"]) / 2
+    gamma = {axis: sum(gains[f"Gamma.F_{point}.{axis}"] for point in "AC") for axis in "xyz"}
+    gamma["z"] += gains["Gamma.dB"]
+    gamma["psi"] = gains["Gamma.M.z"] + sum(
+        gains[f"Gamma.F_{point}.{axis}"] * p[f"r_{point}.{lever}"] ** 2
+        for point in "AC"
+        for axis, lever in (("x", "y"), ("y", "x"))
+    )
+    for axis, share in (("x", 0.2), ("y", 0.2), ("z", 0.2), ("psi", 0.36)):
+        assert gamma[axis] == pytest.approx(share * M[axis] * omega**2, rel=2e-3)
+        assert gains[f"K_P.{axis}"] + gamma[axis] == pytest.approx(M[axis] * omega**2, rel=2e-3)
+        assert gains[f"K_D.{axis}"] == pytest.approx(2 * 0.7 * M[axis] * omega, rel=1e-3)
+    assert gains["epsilon_0"] * 0.2 == pytest.approx(0.17 * omega, rel=1e-3)
+
+
+def test_the_extensions_are_off_in_the_papers_columns():
+    for vehicle in VEHICLES:
+        for controller in ("adaptive_pd", "pd"):
+            system = holding(vehicle, controller)
+            assert not set(system.parameters["controller"]) & set(fleet.EXTENSIONS)
+            assert not any("eta_dot_d" in end for link in system.connections for end in link)
+
+
 def test_the_papers_vehicle_has_the_papers_gains_and_loads():
     system = holding("hoang_kreuzer")
     gains = {name: value for name, value in system.parameters["controller"].items() if name[0] in "KG"}
     assert gains == pytest.approx({name: PAPER[name] for name in gains})
-    assert len(gains) == 6 + 6 + len(FORCES)
+    assert len(gains) == 6 + 6 + len(FORCES) + len(COUPLE)
     experiment = station_keeping.SYSTEM.parameters["rov_plant"]
     assert {name: system.parameters["rov_plant"][name] for name in experiment} == experiment
 

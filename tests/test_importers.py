@@ -6,11 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fmpy.ssp.simulation import simulate_ssp
+from fmpy.ssp.ssd import Parameter, ParameterSet
 
 from rov_cosim.importers.measuring import measure
 from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
+from rov_cosim.systems.catalogue import SYSTEMS
 
 STOP = 12.0
 # libcosim keeps time in whole nanoseconds, so that its steps differ in the last digit. The vehicle sums that up, and
@@ -90,3 +93,18 @@ def test_other_masters_load_and_run_every_archive(archives, tool, name):
     if IMPORTERS[tool].version() is None:
         pytest.skip(f"{IMPORTERS[tool].title} is not installed; it is part of the test extra on Linux")
     assert measure(tool, "loop", archives[name], STOP) <= TOLERANCE[tool]
+
+
+def test_a_tool_that_hands_the_first_pose_on_late_kicks_no_vehicle(archives):
+    # simulate_ssp starts every input at 0 and hands values on after a step: the first measurement is of a pose of 0.
+    archive, own = archives["station_keeping"], SYSTEMS["station_keeping"].parameters
+    values = {f"{element}.{name}": value for element, group in own.items() for name, value in group.items()}
+    given = ParameterSet(parameters=[Parameter(name=name, value=value) for name, value in values.items()])
+    theirs = simulate_ssp(str(archive), stop_time=30.0, step_size=0.03, parameter_set=given)
+    results = ours(archive, 30.0)
+    thrust = np.array([np.abs([run[f"controller.u[{i}]"] for i in range(1, 9)]).max() for run in (theirs, results)])
+    assert thrust[0] == pytest.approx(thrust[1], rel=0.1)  # 757 N as against 51 N where the jump counts as a velocity
+    settled = results["time"][1:] > 15.0
+    for axis, close in (("x", 5e-3), ("y", 5e-3), ("z", 5e-3), ("psi", 0.01)):
+        apart = theirs[f"rov_plant.eta.{axis}"] - results[f"rov_plant.eta.{axis}"][1:]
+        assert np.abs(apart[settled]).max() < close, axis

@@ -105,7 +105,7 @@ def test_the_motion_is_that_of_an_adaptive_integrator(lock):
 
     p = parameters(PLANT, lock_roll_pitch=lock, forces=[5, 4, 0, 0, 0, 8, 0])
     u = inputs(PLANT, F_arm=[1, 2, -1])
-    M, B = equations.inertia(p), equations.thruster_wrenches(p)
+    M, B = equations.inertia(p), equations.thruster_wrenches(inputs(PLANT), p)
 
     def f(_, z):
         return np.concatenate([equations.rates(z[:6], z[6:12], B @ z[12:], M, u, p), (commands - z[12:]) / 0.2])
@@ -138,7 +138,9 @@ def test_thrusters_lag_exactly_whatever_the_step(h):
     rig = Rig(PLANT, {"thruster_time_constant": 0.25}).start()
     rig.put("u", np.full(8, 10.0))
     rig.run(2.1, h)
-    expected = equations.thruster_wrenches(parameters(PLANT)) @ np.full(8, 10.0) * (1 - np.exp(-2.1 / 0.25))
+    expected = (
+        equations.thruster_wrenches(inputs(PLANT), parameters(PLANT)) @ np.full(8, 10.0) * (1 - np.exp(-2.1 / 0.25))
+    )
     assert rig.get("tau") == pytest.approx(expected, abs=1e-9)
 
 
@@ -179,7 +181,7 @@ def test_the_disturbance_is_what_thrusters_balance_to_hold_the_vehicle_still():
     rig.put("F_umbilical", [-2.0, 1.0, 0.5])
     rig.put("current", [0.3, -0.2, 0.1])
     rig.start()
-    B = equations.thruster_wrenches(rig.parameters())
+    B = equations.thruster_wrenches(inputs(PLANT), rig.parameters())
     rig.put("u", -np.linalg.pinv(B) @ rig.get("disturbance"))
     before = rig.get("eta")
     rig.step(1e-6)  # the thrusters follow from here on
@@ -199,3 +201,13 @@ def test_a_command_within_the_dead_band_gives_no_force():
     rig.put("u", [0, 0, 0, 0, 1.99, -1.99, 2.0, -5.0])
     rig.step()
     assert rig.get("tau")[2] == pytest.approx(2.0 - 5.0)
+
+
+def test_a_thruster_gives_what_it_has_not_lost_and_a_reversed_one_pushes_back():
+    forces = []
+    for loss in (0.0, 0.25, 1.0, 2.0):
+        rig = Rig(PLANT).start()
+        rig.set({"u[5]": 8.0, "thrust_loss[5]": loss, "thrust_loss[6]": 1.0})
+        rig.step()
+        forces.append(rig.get("tau.Z"))
+    assert forces == pytest.approx([8.0, 6.0, 0.0, -8.0])

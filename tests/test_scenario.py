@@ -24,7 +24,7 @@ def record(signal, values, n, set_point=(0.0,) * 6):
 def test_by_default_nothing_happens_and_the_set_point_is_handed_on():
     set_point = [0.1, -0.2, 0.3, 0.01, -0.02, 2.0]
     assert np.array_equal(record("eta_d", {}, 50, set_point), np.tile(set_point, (50, 1)))
-    for signal in ("current", "F_umbilical"):
+    for signal in ("current", "F_umbilical", "thrust_loss", "eta_dot_d"):
         assert not record(signal, {}, 50).any()
 
 
@@ -63,6 +63,27 @@ def test_each_pull_acts_from_its_begin_for_its_duration():
     t = T * np.arange(50)
     expected = 5.0 * ((t > 0.299) & (t < 0.899)) + 2.0 * (t > 0.599)
     assert record("F_umbilical", pulls, 50)[:, 0] == pytest.approx(expected)
+
+
+def test_a_pull_grows_to_its_force_in_the_time_that_it_is_given():
+    pull = {"pull[1].F.y": -4.0, "pull[1].begin": 0.3, "pull[1].rise": 0.6}
+    t = T * np.arange(60)
+    assert record("F_umbilical", pull, 60)[:, 1] == pytest.approx(-4.0 * np.clip((t - 0.3) / 0.6, 0, 1))
+
+
+def test_thrusters_fail_from_their_time_on():
+    loss = record("thrust_loss", {"thruster[3].loss": 1.0, "thrust_loss_begin": 0.9}, 60)
+    assert np.array_equal(loss[:, 2], (T * np.arange(60) > 0.899).astype(float))
+    assert not loss[:, [0, 1, 3, 4, 5, 6, 7]].any()
+
+
+def test_the_rate_of_the_set_point_is_that_of_its_sine():
+    values = {"motion.x": 0.2, "motion.psi": -0.5, "motion_period": 4.0, "step.x": 1.0, "step_begin": 3.0}
+    eta_d, rate = (record(signal, values, 300) for signal in ("eta_d", "eta_dot_d"))
+    t = T * np.arange(300)
+    smooth = eta_d - np.outer(t > 2.999, [1.0, 0, 0, 0, 0, 0])  # a step has no rate
+    assert rate[1:-1] == pytest.approx((smooth[2:] - smooth[:-2]) / (2 * T), abs=1e-3)
+    assert np.abs(rate[:, 5]).max() == pytest.approx(0.5 * np.pi / 2, rel=1e-3)
 
 
 def test_the_set_point_steps_and_sways_about_the_input():

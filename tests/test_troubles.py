@@ -5,7 +5,7 @@ import pytest
 
 from rov_cosim.master.simulation import simulate
 from rov_cosim.study.matrix import Cell, run_all, wired
-from rov_cosim.study.nominal import DoesNotApplyError
+from rov_cosim.study.nominal import DoesNotApplyError, Nominal
 from rov_cosim.study.troubles import ONSET, TROUBLES
 from rov_cosim.systems.fleet import VEHICLES
 
@@ -35,6 +35,7 @@ def changed_by(name, wiring):
 
 
 K_P = {"x": 80.0, "y": 80.0, "z": 100.0}  # of the paper's vehicle
+HEAVIER = {"rov_plant.mass": 120.0, "rov_plant.I.xx": 5.55, "rov_plant.I.yy": 9.45, "rov_plant.I.zz": 8.85}
 AWAY = {axis: -gap / np.sqrt(0.2**2 + 0.5**2 + 0.4**2) for axis, gap in (("x", 0.2), ("y", 0.5), ("z", 0.4))}
 
 
@@ -64,9 +65,28 @@ AWAY = {axis: -gap / np.sqrt(0.2**2 + 0.5**2 + 0.4**2) for axis, gap in (("x", 0
         ("thruster_lost", {"rov_plant.thruster[1].enabled": False}),
         ("thruster_lost_known", {f"{element}.thruster[1].enabled": False for element in ("rov_plant", "controller")}),
         ("thruster_reversed", {"rov_plant.thruster[1].d.x": -np.sqrt(0.5), "rov_plant.thruster[1].d.y": np.sqrt(0.5)}),
+        ("thruster_dies", {"scenario.thruster[1].loss": 1.0, "scenario.thrust_loss_begin": 60.0}),
+        ("thruster_turns", {"scenario.thruster[1].loss": 2.0, "scenario.thrust_loss_begin": 60.0}),
+        (
+            "load_ramp",
+            {f"scenario.pull[1].F.{a}": s * 0.15 * K_P[a] for a, s in (("x", 1), ("y", -1), ("z", -1))}
+            | {"scenario.pull[1].begin": 60.0, "scenario.pull[1].rise": 240.0},
+        ),
+        (
+            "picked_up",
+            {"scenario.pull[1].F.z": -30.0, "scenario.pull[1].begin": 60.0, "rov_plant.mass": 96.0}
+            | {"rov_plant.I.xx": 4.44, "rov_plant.I.yy": 7.56, "rov_plant.I.zz": 7.08},
+        ),
+        ("slow_samples", {"passive_arm.sample_time": 0.06, "controller.sample_time": 0.06}),
+        (
+            "turned_about",
+            {"scenario.step.x": 0.4 - 0.4 * np.cos(3.4), "scenario.step.y": -0.4 * np.sin(3.4)}
+            | {"scenario.step.psi": 3.4, "scenario.step_begin": 60.0},
+        ),
+        ("wrong_mass+thruster_lag", {**HEAVIER, "rov_plant.thruster_time_constant": 0.3}),
         (
             "wrong_mass",
-            {"rov_plant.mass": 120.0, "rov_plant.I.xx": 5.55, "rov_plant.I.yy": 9.45, "rov_plant.I.zz": 8.85},
+            HEAVIER,
         ),
         ("wrong_r_A", {"controller.r_A.x": -0.4}),
         ("short_r_A", {"controller.r_A.x": 0.1}),
@@ -103,16 +123,35 @@ def test_a_trouble_is_what_its_description_says(papers, name, expected):
 
 def test_the_other_troubles_are_for_vehicles_that_differ_from_the_papers(papers, loop):
     tested = test_a_trouble_is_what_its_description_says.pytestmark[0].args[1]
-    others = {"paper_gains", "six_dof", "wrong_r_B", "varying_current_1", "varying_current_3"}
-    assert {name for name, _ in tested} | others == set(TROUBLES)
+    others = {"paper_gains", "six_dof", "six_dof_tilted", "wrong_r_B", "varying_current_1", "varying_current_3"}
+    single = {name for name in TROUBLES if "+" not in name}
+    assert {name for name, _ in tested if "+" not in name} | others == single
     gains = changed_by("paper_gains", loop)
     assert {end.split(".")[1] for end in gains} == {"K_P", "K_D", "Gamma"}
     assert gains["controller.K_P.z"][1] == 100.0
     assert changed_by("six_dof", loop) == {"controller.control_roll_pitch": (False, True)}
     assert changed_by("wrong_r_B", loop) == {"controller.r_B.x": (0.0, pytest.approx(0.1 * 0.147))}
+    tilted = changed_by("six_dof_tilted", loop)
+    assert tilted["controller.control_roll_pitch"] == (False, True)
+    assert np.degrees([tilted[f"scenario.step.{axis}"][1] for axis in ("phi", "theta")]) == pytest.approx(
+        [10, -8], abs=0.3
+    )
     for name, why in (("paper_gains", "changes nothing"), ("six_dof", "locked"), ("wrong_r_B", "locked")):
         with pytest.raises(DoesNotApplyError, match=why):
             TROUBLES[name].applied(papers)
+
+
+def test_a_pair_is_both_of_its_troubles_at_once(papers):
+    for name in (name for name in TROUBLES if "+" in name):
+        first, second = (changed_by(part, papers) for part in name.split("+"))
+        assert changed_by(name, papers) == {**first, **second}
+        assert not set(first) & set(second)
+
+
+def test_the_forces_are_the_same_whatever_controls_the_vehicle(loops):
+    for name in ("far_out_of_reach", "load_ramp", "arm_pull"):
+        values = [TROUBLES[name].values(Nominal(wiring)) for wiring in loops.values()]
+        assert all(value == values[0] for value in values)
 
 
 def test_a_reversed_thruster_runs_away_where_more_than_half_of_a_direction_is_its_own(fmus):

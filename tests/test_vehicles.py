@@ -9,7 +9,7 @@ from fmpy.ssp.ssd import read_ssv
 from scipy import signal
 from scipy.spatial.transform import Rotation
 
-from rig import Rig
+from rig import Rig, inputs
 from rov_cosim import systems
 from rov_cosim.components.interface import VELOCITY
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
@@ -117,7 +117,7 @@ def test_the_allocation_is_that_published(vehicle, tolerance):
     allocation = np.array(PUBLISHED[vehicle]["allocation"])
     missing = np.zeros((6, 8 - allocation.shape[1]))
     _, S = turn(vehicle)
-    B = S @ equations.thruster_wrenches(rig(vehicle).parameters())
+    B = S @ equations.thruster_wrenches(inputs(PLANT), rig(vehicle).parameters())
     assert pytest.approx(np.hstack([allocation, missing]), abs=tolerance) == B
 
 

@@ -45,6 +45,12 @@ CASES = (
         {"thruster_time_constant": 0.3, "thrust_max": 6.0, "thruster_dead_band": 2.0, "thruster[2].enabled": 0},
     ),
     Case(
+        "failing_thrusters",
+        "Each thruster loses another share of its force after 3 s, the last ones all of it and more",
+        300,
+        lambda t: {"u": _mixed(t), "thrust_loss": np.outer(t > 3.0, 0.2 * np.arange(1, 9))},
+    ),
+    Case(
         "every_parameter",
         "No Real parameter at its start value but the thrusters' directions; free in roll and pitch",
         300,
