@@ -116,9 +116,11 @@ def _gram(p: SimpleNamespace) -> Any:
 
 
 _MEASURED = ("eta_m", "eta_m_valid", "disable")
-_ERROR = (*_MEASURED, "eta_d", "control_roll_pitch")
-_RATE = (*_MEASURED, "nu_m", "use_measured_velocity", "control_roll_pitch")
-_PD = (*_ERROR, *_RATE, "eta_dot_d", "K_P", "K_D", "mass", "g", "r_G", "r_B")
+ERROR_FROM = (*_MEASURED, "eta_d", "control_roll_pitch")
+RATE_FROM = (*_MEASURED, "nu_m", "use_measured_velocity", "control_roll_pitch")
+"""The inputs and parameters on which the outputs e and eta_dot depend in Initialization Mode."""
+
+_WEIGHT = ("mass", "g", "r_G", "r_B")
 _THRUSTERS = ("thruster_r", "thruster_d", "thruster_enabled", "thrust_max")
 
 INPUTS = (
@@ -131,13 +133,14 @@ INPUTS = (
 )
 
 
-def outputs(estimate: Signal, *disturbance_from: str) -> tuple[Signal, ...]:
+def outputs(estimate: Signal, *disturbance_from: str, law: tuple[str, ...] = ("K_P", "K_D")) -> tuple[Signal, ...]:
     """Return the outputs of a controller with its own estimate among them.
 
-    disturbance_from are the parameters on which the estimated wrench depends in Initialization Mode.
+    disturbance_from are the parameters on which the estimated wrench depends in Initialization Mode, law those on which
+    the demanded one does besides.
     """
     disturbance = (*_MEASURED, *disturbance_from)
-    tau = tuple(dict.fromkeys((*disturbance, *_PD)))
+    tau = tuple(dict.fromkeys((*disturbance, *ERROR_FROM, *RATE_FROM, "eta_dot_d", *law, *_WEIGHT)))
     return (
         indexed("u", N_THRUSTERS, "Thruster force command", unit="N", initially_from=(*tau, *_THRUSTERS)),
         vector("tau", WRENCH, "Demanded wrench, body frame, before limits", unit=WRENCH_UNITS, initially_from=tau),
@@ -154,9 +157,9 @@ def outputs(estimate: Signal, *disturbance_from: str) -> tuple[Signal, ...]:
             POSE,
             "Rate of the pose that the law used",
             unit=VELOCITY_UNITS,
-            initially_from=_RATE,
+            initially_from=RATE_FROM,
         ),
-        vector("e", POSE, "Pose error that the law used", unit=POSE_UNITS, initially_from=_ERROR),
+        vector("e", POSE, "Pose error that the law used", unit=POSE_UNITS, initially_from=ERROR_FROM),
         switch("saturated", "Whether a thruster command is limited", initially_from=(*tau, *_THRUSTERS)),
     )
 

@@ -31,10 +31,12 @@ def _noisy(t: Any) -> Any:
     return _swaying(t) + noise * ([0.005] * 3 + [0.002] * 3)
 
 
-def controller_cases(component: Component, beyond_pd: str, initial: Mapping[str, float]) -> tuple[Case, ...]:
+def controller_cases(
+    component: Component, part: str, without: Mapping[str, float], lively: Mapping[str, float]
+) -> tuple[Case, ...]:
     """Return the cases of a controller.
 
-    beyond_pd names the switch of what the law has beyond PD; initial are parameters that let it start with some of it.
+    part is what sets the law apart, without the parameters that take it off, lively those that put it to work.
     """
     return (
         Case(
@@ -60,7 +62,7 @@ def controller_cases(component: Component, beyond_pd: str, initial: Mapping[str,
                 ),
                 "eta_d": [0.0, 0.0, 0.0, 0.0, 0.0, 3.0],
             },
-            {"control_roll_pitch": 1, "r_G.x": 0.02, **initial},
+            {"control_roll_pitch": 1, "r_G.x": 0.02, **lively},
         ),
         Case(
             "loss_of_measurement",
@@ -109,7 +111,7 @@ def controller_cases(component: Component, beyond_pd: str, initial: Mapping[str,
         ),
         Case(
             "measured_velocity",
-            f"The velocity is measured in all six axes, and the PD controller does without {beyond_pd}",
+            f"The velocity is measured in all six axes, and the law does without {part}",
             200,
             lambda t: {
                 "eta_m_valid": 1.0,
@@ -117,7 +119,7 @@ def controller_cases(component: Component, beyond_pd: str, initial: Mapping[str,
                 "nu_m": 0.1 * turning(t + 1.0),
                 "eta_d": turning(0.5 * t),
             },
-            {"use_measured_velocity": 1, beyond_pd: 0, "control_roll_pitch": 1},
+            {"use_measured_velocity": 1, "control_roll_pitch": 1, **without},
         ),
         Case(
             "every_parameter",

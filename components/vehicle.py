@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .frames import rotation, skew
-from .interface import XYZ, Requirement, Signal, count, vector
+from .interface import VELOCITY, XYZ, Requirement, Signal, count, vector
 
 N_THRUSTERS = 8
 THRUSTERS = count(N_THRUSTERS)
@@ -120,6 +120,35 @@ WEIGHT_PARAMETERS = (
     Signal("g", "Acceleration of gravity", unit="m/s2", start=9.81, minimum=0.0),
     vector("r_G", XYZ, "Centre of gravity in the body frame", unit="m"),
     vector("r_B", XYZ, "Centre of buoyancy in the body frame (estimate)", unit="m", start=[0.0, 0.0, 0.05]),
+)
+_MASS_UNITS = ("kg", "kg", "kg", "kg.m2", "kg.m2", "kg.m2")
+_LINEAR_UNITS = ("N.s/m", "N.s/m", "N.s/m", "N.m.s/rad", "N.m.s/rad", "N.m.s/rad")
+_QUADRATIC_UNITS = ("N.s2/m2", "N.s2/m2", "N.s2/m2", "N.m.s2/rad2", "N.m.s2/rad2", "N.m.s2/rad2")
+MODEL_PARAMETERS = (
+    vector(
+        "I",
+        ("xx", "yy", "zz", "xy", "xz", "yz"),
+        "Moment or product of inertia of the dry vehicle about the body origin (estimate)",
+        unit="kg.m2",
+        start=[3.7, 6.3, 5.9, 0.0, 0.0, 0.0],
+    ),
+    vector(
+        "added_mass",
+        VELOCITY,
+        "Added mass, positive (roll and pitch: estimate)",
+        unit=_MASS_UNITS,
+        start=[40.0, 48.0, 56.0, 5.5, 9.4, 8.8],
+        minimum=0.0,
+    ),
+    vector("D_linear", VELOCITY, "Linear damping, positive", unit=_LINEAR_UNITS, minimum=0.0),
+    vector(
+        "D_quadratic",
+        VELOCITY,
+        "Quadratic damping, positive (roll and pitch: estimate)",
+        unit=_QUADRATIC_UNITS,
+        start=[130.0, 195.0, 286.0, 4.8, 9.8, 10.18],
+        minimum=0.0,
+    ),
 )
 R_A = vector("r_A", XYZ, "Base of the arm in the body frame (estimate)", unit="m", start=[_HALF_LENGTH, 0.0, 0.0])
 ATTACK_POINTS = (

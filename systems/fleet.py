@@ -20,12 +20,15 @@ from rov_cosim.components.interface import POSE, VELOCITY, XYZ, Component, Sampl
 from rov_cosim.components.passive_arm import COMPONENT as PASSIVE_ARM
 from rov_cosim.components.pid import COMPONENT as PID
 from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
+from rov_cosim.components.sliding_mode import COMPONENT as SLIDING_MODE
+from rov_cosim.components.sun_cheah import COMPONENT as SUN_CHEAH
 from rov_cosim.components.vehicle import COUPLE, FORCES
 from rov_cosim.control.tuning import ADAPTED_SHARE, Rule, Timing, tuned
 from rov_cosim.exporters.model_description import describe
 from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.parameter_set import read_parameter_set
 from rov_cosim.ssp.values import Value
+from rov_cosim.ssp.wiring import WiringError
 from rov_cosim.systems import station_keeping
 from rov_cosim.systems.loop import CONTROLLER, scenario_loop
 
@@ -66,12 +69,15 @@ CONTROLLERS: Mapping[str, Sampled] = {
     "adaptive_pd": ADAPTIVE_PD,
     "extended": ADAPTIVE_PD,
     "pid": PID,
+    "sliding_mode": SLIDING_MODE,
+    "sun_cheah": SUN_CHEAH,
     "pd": ADAPTIVE_PD,
 }
 """The component of each controller to compare.
 
 adaptive_pd is the paper's law with the scaled gains, and pd the same without adaptation. extended is the law with
-`EXTENSIONS` and tuned gains, and pid has of these what a PID controller can have.
+`EXTENSIONS` and tuned gains, and pid has of these what a PID controller can have. sliding_mode and sun_cheah are as in
+the literature, with scaled gains.
 """
 
 STOP_TIME = 300.0
@@ -86,38 +92,54 @@ def named(vehicle: str, controller: str) -> str:
     return vehicle if controller == "adaptive_pd" else f"{vehicle}_{controller}"
 
 
+def of_file(name: str) -> tuple[str, str] | None:
+    """Return the vehicle's file and the controller of a system that is `named` after the file, or None."""
+    for controller in CONTROLLERS:
+        if name.endswith(named(".ssv", controller)):
+            return name.removesuffix(named("", controller)), controller
+    return None
+
+
 def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
-    """Return the system in which a controller holds one of `VEHICLES`, from the paper's start, under its loads."""
+    """Return the system in which a controller holds one of `VEHICLES`, from the paper's start, under its loads.
+
+    Or the vehicle of an SSV file by its path, with the same parameters as those of the fleet.
+    """
     plant = parameters_of(vehicle)
-    component, is_papers = CONTROLLERS[controller], controller in ("adaptive_pd", "pd")
-    gains = scaled(component, plant) if is_papers else extended(component, plant)
-    known = {**_shared(component, plant), **gains}
+    component, is_extended = CONTROLLERS[controller], controller in ("extended", "pid")
+    gains = extended(component, plant) if is_extended else scaled(component, plant)
+    known = {**shared(component, plant), **gains}
     attachment = {
         f"attachment.{axis}": float(plant[f"r_A.{axis}"]) + gap for axis, gap in zip(XYZ, ATTACHMENT, strict=True)
     }
     return scenario_loop(
-        named(vehicle, controller),
-        f"{VEHICLES[vehicle]}, held by {controller}",
+        named(Path(vehicle).stem, controller),
+        f"{VEHICLES.get(vehicle, f'The vehicle of {vehicle}')}, held by {controller}",
         {
-            "passive_arm": {**_shared(PASSIVE_ARM, plant), **attachment},
+            "passive_arm": {**shared(PASSIVE_ARM, plant), **attachment},
             CONTROLLER: {**known, "adaptation": False} if controller == "pd" else known,
             "rov_plant": {**plant, "eta_0.y": 0.5, "eta_0.psi": 2.0, **loads(plant)},
         },
         STOP_TIME,
         component.name,
-        set_point_rate=not is_papers,
+        set_point_rate=is_extended,
     )
 
 
 @cache
 def parameters_of(vehicle: str) -> Mapping[str, Value]:
-    """Return the parameters of `rov_plant` for one of `VEHICLES`.
+    """Return the parameters of `rov_plant` for one of `VEHICLES`, or for the vehicle of an SSV file.
 
     Raises
     ------
-    WiringError : its file is missing or wrong.
+    WiringError : its file is missing or wrong, or has not all parameters.
     """
-    return read_parameter_set(Path(__file__).parent / "vehicles" / f"{vehicle}.ssv", describe(ROV_PLANT))
+    path = Path(vehicle) if vehicle.endswith(".ssv") else Path(__file__).parent / "vehicles" / f"{vehicle}.ssv"
+    found = read_parameter_set(path, describe(ROV_PLANT))
+    if vehicle not in VEHICLES and (lacking := parameters_of(next(iter(VEHICLES))).keys() - found.keys()):
+        names = ", ".join(sorted(lacking)[:4])
+        raise WiringError(vehicle, [f"{len(lacking)} parameters of a vehicle are not in it: {names} ..."])
+    return found
 
 
 def inertia(plant: Mapping[str, Value]) -> NDArray[np.float64]:
@@ -152,7 +174,7 @@ def extended(component: Sampled, plant: Mapping[str, Value]) -> dict[str, Value]
     """Return the gains of a controller for a vehicle by the tuning rule, and what it has of `EXTENSIONS`."""
     has = {name: value for name, value in EXTENSIONS.items() if name in component.p.names}
     timing = Timing(filter_time_constant=float(EXTENSIONS["filter_time_constant"]))
-    gains = tuned(component, inertia(plant), _shared(component, plant), timing, RULE)
+    gains = tuned(component, inertia(plant), shared(component, plant), timing, RULE)
     if "Gamma.M.z" in gains:
         gains |= _learnt_by_couple(gains, plant, inertia(plant)[3:] * RULE.omega(timing) ** 2)
     return {**gains, **has}
@@ -195,5 +217,6 @@ def _declared(component: Component) -> dict[str, float]:
     return dict(zip(component.p.names, component.p.start.tolist(), strict=True))
 
 
-def _shared(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
+def shared(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the parameters of a vehicle that another component declares too."""
     return {name: plant[name] for name in component.p.names if name in plant}

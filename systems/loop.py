@@ -9,7 +9,7 @@ from rov_cosim.ssp.values import Value
 CONTROLLER = "controller"
 """The element that controls, in every system."""
 
-CONTROLLER_COMPONENTS = ("adaptive_pd", "pid")
+CONTROLLER_COMPONENTS = ("adaptive_pd", "pid", "sliding_mode", "sun_cheah")
 """The components that fit into the loop as its controller."""
 
 CONNECTIONS = (
@@ -73,8 +73,9 @@ def scenario_loop(
 
 def controller_in(system: System) -> str:
     """Return what controls a system of this loop: a component, or pd for the adaptive one without adaptation."""
+    component = system.elements[CONTROLLER]
     adapts = system.parameters.get(CONTROLLER, {}).get("adaptation", True)
-    return system.elements[CONTROLLER] if adapts else "pd"
+    return component if adapts or component != "adaptive_pd" else "pd"
 
 
 def without_adaptation(system: System, name: str, description: str) -> System:

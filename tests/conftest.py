@@ -7,10 +7,11 @@ from pythonfmu.builder import FmuBuilder
 
 from fmu import Fmu
 from rov_cosim.exporters.build import build_fmus, components, fmu_path, project_root
+from rov_cosim.ssp.declaration import wire
 from rov_cosim.study import archives as building
+from rov_cosim.study.looped import loop_of
 from rov_cosim.study.matrix import wired
 from rov_cosim.systems.catalogue import SYSTEMS
-from rov_cosim.systems.fleet import CONTROLLERS
 
 
 class Archives(dict[str, Path]):
@@ -24,10 +25,27 @@ class Archives(dict[str, Path]):
         return self.setdefault(name, building.ssp_path(name, self._export))
 
 
+class Systems(dict[str, Path]):
+    """FMUs of whole systems by name, each built with its archive when it is asked for."""
+
+    def __init__(self, archives: dict[str, Path]) -> None:
+        self._archives = archives
+
+    def __missing__(self, name: str) -> Path:
+        assert self._archives[name]
+        return self.setdefault(name, fmu_path(project_root(), name))
+
+
 @pytest.fixture(scope="session")
 def archives(fmus) -> dict[str, Path]:
     """Return the SSP archives by system name."""
     return Archives("native")
+
+
+@pytest.fixture(scope="session")
+def systems(archives) -> dict[str, Path]:
+    """Return the FMUs of systems by system name."""
+    return Systems(archives)
 
 
 @pytest.fixture(scope="session")
@@ -78,11 +96,17 @@ def native(fmus, tmp_path):
 
 @pytest.fixture(scope="session")
 def loops(fmus):
-    """Return the loops of one vehicle, by vehicle and controller."""
-    return wired(["bluerov2"], CONTROLLERS)
+    """Return the loops of one vehicle, by vehicle and controller, with three that differ."""
+    return wired(["bluerov2"], ["adaptive_pd", "pid", "pd"])
 
 
 @pytest.fixture(scope="session")
 def loop(loops):
     """Return the loop of this vehicle with the adaptive controller."""
     return loops["bluerov2", "adaptive_pd"]
+
+
+@pytest.fixture(scope="session")
+def paper_loop(fmus):
+    """Return the loop of the paper's simulation, to linearise it."""
+    return loop_of(wire(SYSTEMS["paper_simulation"]))

@@ -19,6 +19,8 @@ RELAXED: dict[str, dict[str, float]] = {
         **{"adapt_by_pose": True, "projection": True, "Gamma.M.x": 2.0, "Gamma.M.z": 3.0},
     },
     "pid": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01, "bridging": 0.1},
+    "sliding_mode": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
+    "sun_cheah": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},
     "scenario": {
         **{"current_mean.x": 0.2, "current_std.y": 0.1, "pull[1].F.x": 5.0, "pull[1].begin": 0.1, "pull[2].F.z": -2.0},
         **{"step.x": 0.3, "step_begin": 0.2, "motion.y": 0.2, "pull[1].rise": 0.3},

@@ -16,7 +16,7 @@ from fmpy.validation import validate_fmu
 from fmu import Fmu
 from rov_cosim.components.cases import Case
 from rov_cosim.exporters import archive, native_export, zig
-from rov_cosim.exporters.build import components, fmu_path, project_root
+from rov_cosim.exporters.build import components
 from rov_cosim.handover import reference
 
 COMPONENTS = components()
@@ -90,13 +90,14 @@ def test_the_linux_binary_needs_an_old_libc_alone_and_exports_fmi_alone(fmus, na
 SYSTEM = "station_keeping"
 
 
-def test_the_binary_of_a_system_needs_and_exports_no_more(archives):
-    assert_self_sufficient(fmu_path(project_root(), SYSTEM), SYSTEM, "linux64")
+def test_the_binary_of_a_system_needs_and_exports_no_more(systems):
+    assert_self_sufficient(systems[SYSTEM], SYSTEM, "linux64")
 
 
 @pytest.mark.parametrize("name", [*NAMES, SYSTEM])
-def test_the_binary_calls_mathematics_text_and_memory_alone_and_has_no_variables_of_its_own(archives, name):
-    binary = lief.parse(list(archive.read(fmu_path(project_root(), name))[f"binaries/linux64/{name}.so"]))
+def test_the_binary_calls_mathematics_text_and_memory_alone_and_has_no_variables_of_its_own(fmus, systems, name):
+    path = systems[name] if name == SYSTEM else fmus[name]
+    binary = lief.parse(list(archive.read(path)[f"binaries/linux64/{name}.so"]))
     imported = {function.name for function in binary.imported_functions}
     assert imported - {"__cxa_finalize", "__stack_chk_fail", ""} <= HARMLESS
     written = {section.name: section.size for section in binary.sections if section.name in (".data", ".bss")}

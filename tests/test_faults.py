@@ -6,7 +6,6 @@ import sys
 import pytest
 
 import faults
-from rov_cosim.exporters.build import fmu_path, project_root
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="faults.py loads the linux64 binary")
 
@@ -53,14 +52,14 @@ OWN = [fault for fault in faults.FAULTS if fault.system or fault.fails or "flipp
 
 
 @pytest.mark.parametrize("fault", OWN, ids=lambda fault: fault.name)
-def test_a_system_answers_what_is_its_own(archives, fault):
-    answer = faults.answer(fmu_path(project_root(), faults.SYSTEM), fault)
+def test_a_system_answers_what_is_its_own(systems, fault):
+    answer = faults.answer(systems[faults.SYSTEM], fault)
     assert_answered(answer, faults.expected(fault, faults.SYSTEM))
 
 
 @pytest.mark.slow
-def test_a_system_answers_all_as_the_page_tells(archives):
-    answers = answered(faults.answers({faults.SYSTEM: fmu_path(project_root(), faults.SYSTEM)}, "system"))
+def test_a_system_answers_all_as_the_page_tells(systems):
+    answers = answered(faults.answers({faults.SYSTEM: systems[faults.SYSTEM]}, "system"))
     for fault in faults.FAULTS:
         if fault.name in answers:
             assert_answered(answers[fault.name].replace(r"\*", "*"), faults.expected(fault, faults.SYSTEM))

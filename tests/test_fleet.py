@@ -87,7 +87,7 @@ def still_water(loops):
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
-@pytest.mark.parametrize("controller", ["adaptive_pd", "extended", "pid"])
+@pytest.mark.parametrize("controller", [name for name in CONTROLLERS if name != "pd"])
 def test_every_vehicle_holds_in_still_water(still_water, vehicle, controller):
     score = still_water[Cell(vehicle, controller, "still_water")]
     assert score.verdict == "held"

@@ -10,8 +10,10 @@ from rov_cosim.components.passive_arm import COMPONENT as ARM
 from rov_cosim.components.pid import COMPONENT as PID
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
 from rov_cosim.components.scenario import COMPONENT as SCENARIO
+from rov_cosim.components.sliding_mode import COMPONENT as SLIDING_MODE
+from rov_cosim.components.sun_cheah import COMPONENT as SUN_CHEAH
 
-COMPONENTS = [PLANT, ARM, CONTROLLER, PID, SCENARIO]
+COMPONENTS = [PLANT, ARM, CONTROLLER, PID, SLIDING_MODE, SUN_CHEAH, SCENARIO]
 NAMES = [component.name for component in COMPONENTS]
 
 

@@ -95,6 +95,12 @@ def test_the_tables_hold_every_cell(small, tmp_path):
     found = small.scores[Cell(VEHICLE, "pd", "still_water")]
     cells = [cell.strip() for cell in re.search(r"^\| still_water \|(.*)\|$", page, re.M).group(1).split("|")]
     assert cells[3] == f"offset, {1e3 * found.rms:.0f} mm, {np.degrees(found.rms_yaw):.1f} deg"
+    told = re.search(rf"^\| {VEHICLE} \| ([\d |]*) \|$", page, re.M).group(1).split(" | ")
+    calm = [
+        small.scores[Cell(VEHICLE, controller, "still_water")]
+        for controller in ("adaptive_pd", "extended", "pid", "pd")
+    ]
+    assert told == [f"{found.chattering:.0f}" for found in calm]
     settling = small.scores[Cell(VEHICLE, "pid", "still_water")].settling
     assert re.fullmatch(rf"held, 1 mm, 0\.1 deg, {settling:.0f} s", cells[2])
     assert re.search(r"^\| wrong_r_A \| (held|offset)[^|]* \| held[^|]* \|  \| offset[^|]* \|$", page, re.M)

@@ -104,6 +104,18 @@ def test_a_score_has_the_figures_of_the_hold(still, loop):
     assert found.settling == 0.0
 
 
+def test_chattering_is_the_variation_of_the_thrust_that_moves_most(still, loop):
+    switching = still.copy()
+    for i in range(1, 9):
+        switching[f"controller.u[{i}]"] = 10.0  # a constant thrust is no chattering
+    switching["controller.u[3]"] = 4.0 * (-1.0) ** np.arange(len(still))
+    switching["controller.u[4]"] = np.sin(2 * np.pi * still["time"] / 9.0)
+    assert score(switching, loop).chattering == pytest.approx(8.0 / 0.03)
+    switching["controller.u[3]"] = 10.0
+    assert score(switching, loop).chattering == pytest.approx(4.0 / 9.0, rel=0.01)
+    assert score(switching[:1], loop).chattering == 0.0
+
+
 def test_pd_estimates_nothing(loops):
     assert score_of(loops[VEHICLE, "pd"], Changes(troubles=("still_water",))).wrong_force is None
 

@@ -15,7 +15,7 @@ from pythonfmu.builder import FmuBuilder
 
 from fmu import Fmu
 from rov_cosim.exporters import archive, native_export, zig
-from rov_cosim.exporters.build import components, fmu_path, project_root
+from rov_cosim.exporters.build import components
 from rov_cosim.importers.measuring import measure
 from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.master.exchange import gauss_seidel, jacobi
@@ -31,17 +31,13 @@ NAME = "station_keeping"
 H = 0.03
 
 
-def path_of(name):
-    return fmu_path(project_root(), name)
-
-
 @pytest.fixture
-def system(archives, tmp_path):
+def system(systems, tmp_path):
     """Return what opens the FMU of a system."""
     opened = []
 
     def open_(name=NAME):
-        opened.append(Fmu(path_of(name), tmp_path / f"{name}{len(opened)}"))
+        opened.append(Fmu(systems[name], tmp_path / f"{name}{len(opened)}"))
         return opened[-1]
 
     yield open_
@@ -59,35 +55,35 @@ def run(path, ours, **values):
     return simulate_fmu(path, stop_time=stop, output_interval=H, output=names, start_values=values)
 
 
-def assert_the_masters_numbers(name, coupling, stop_time):
+def assert_the_masters_numbers(path, name, coupling, stop_time):
     number, function = COUPLINGS[coupling]
     ours = simulate(wire(SYSTEMS[name]), function, stop_time=stop_time)
-    found = run(path_of(name), ours, coupling=number)
+    found = run(path, ours, coupling=number)
     assert len(found) == len(ours)
     assert equal(found, ours)
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
 @pytest.mark.parametrize("name", [NAME, "bluerov2_heavy_pid"])
-def test_it_gives_the_masters_numbers_to_the_last_bit(archives, name, coupling):
-    assert_the_masters_numbers(name, coupling, 6.0)
+def test_it_gives_the_masters_numbers_to_the_last_bit(systems, name, coupling):
+    assert_the_masters_numbers(systems[name], name, coupling, 6.0)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("coupling", COUPLINGS)
 @pytest.mark.parametrize("name", SYSTEMS)
-def test_every_system_gives_the_masters_numbers_over_its_whole_run(archives, name, coupling):
-    assert_the_masters_numbers(name, coupling, None)
+def test_every_system_gives_the_masters_numbers_over_its_whole_run(systems, name, coupling):
+    assert_the_masters_numbers(systems[name], name, coupling, None)
 
 
-def test_the_couplings_differ(archives):
+def test_the_couplings_differ(systems):
     ours = simulate(wire(SYSTEMS[NAME]), stop_time=1.0)
-    assert not equal(run(path_of(NAME), ours, coupling=1), ours)
+    assert not equal(run(systems[NAME], ours, coupling=1), ours)
 
 
 @pytest.mark.parametrize("name", [NAME, pytest.param("minerva_pid", marks=pytest.mark.slow)])
-def test_its_description_has_what_the_elements_declare(archives, name):
-    wiring, description = wire(SYSTEMS[name]), read_model_description(str(path_of(name)))
+def test_its_description_has_what_the_elements_declare(systems, name):
+    wiring, description = wire(SYSTEMS[name]), read_model_description(str(systems[name]))
     shown = {variable.name: variable for variable in description.modelVariables}
     fed = {str(link.target) for link in wiring.links}
     for element in wiring.elements:
@@ -326,10 +322,10 @@ def test_two_elements_of_a_component_share_its_code_and_nothing_else(fmus, tmp_p
 
 
 @pytest.mark.parametrize("tool", ["ecos", "libcosim", pytest.param("toolbox", marks=pytest.mark.slow)])
-def test_other_masters_run_it_as_an_fmu(archives, tmp_path, tool):
+def test_other_masters_run_it_as_an_fmu(systems, tmp_path, tool):
     if IMPORTERS[tool].version() is None:
         pytest.skip(f"{tool} is not installed; it is part of the extra importers")
-    outer = wire(System("outer", "", {"whole": NAME}, (), 6.0), {NAME: path_of(NAME)})
+    outer = wire(System("outer", "", {"whole": NAME}, (), 6.0), {NAME: systems[NAME]})
     path = tmp_path / "outer.ssp"
     writer.write(outer, path, plain=True)
     assert measure(tool, "loop", path, 6.0) <= IMPORTERS[tool].tolerance
@@ -344,16 +340,16 @@ def test_the_layout_has_each_value_once(archives):
     assert sum(len(copies.to) for copies in layout.copies) == len(layout.wiring.links)
 
 
-def test_a_rebuild_gives_the_same_bytes(archives, tmp_path):
+def test_a_rebuild_gives_the_same_bytes(systems, tmp_path):
     again = tmp_path / f"{NAME}.fmu"
     assert writer.write_fmu(wire(SYSTEMS[NAME]), again)
-    assert again.read_bytes() == path_of(NAME).read_bytes()
+    assert again.read_bytes() == systems[NAME].read_bytes()
     assert not writer.write_fmu(wire(SYSTEMS[NAME]), again)
 
 
 @pytest.mark.slow
-def test_the_sources_inside_make_the_same(archives, tmp_path):
-    content = archive.read(path_of(NAME))
+def test_the_sources_inside_make_the_same(systems, tmp_path):
+    content = archive.read(systems[NAME])
     listed = [file.get("name") for file in etree.fromstring(content["modelDescription.xml"]).iter("File")]
     sources = {n.removeprefix("sources/"): data for n, data in content.items() if n.startswith("sources/")}
     assert set(listed) == {name for name in sources if name.endswith(".c") and "/" not in name}

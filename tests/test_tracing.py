@@ -34,8 +34,8 @@ def untraced(component):
     if component.requirements:
         functions["model_margins"] = (margins, "p")
     if isinstance(component, Continuous):
-        return functions | {"model_advance": (advance, "xuph"), "model_outputs": (outputs, "xup")}
-    return functions | {"model_sample": (sample, "xupw")}
+        return functions | {"model_advance": (advance, "xuphk"), "model_outputs": (outputs, "xupk")}
+    return functions | {"model_sample": (sample, "xupwk")}
 
 
 @pytest.mark.parametrize("component", COMPONENTS.values(), ids=list(COMPONENTS))
@@ -43,7 +43,7 @@ def test_traced_functions_are_those_of_numpy(component):
     random = np.random.default_rng(4)
     single = [s.names[0] for s in component.parameters if s.type == "Boolean" and not s.axes]
     switches = [component.p.names.index(name) for name in single]
-    traced = {function.name(): function for function in tracing.functions(component)}
+    traced = tracing.functions(component)
     for name, (function, kinds) in untraced(component).items():
         for _ in range(30):
             p = component.p.start * random.uniform(0.9, 1.1, component.p.size)
@@ -51,9 +51,10 @@ def test_traced_functions_are_those_of_numpy(component):
             drawn = {"p": p, "h": np.array([0.01]), "w": random.normal(size=getattr(component, "draws", 0))}
             drawn |= {"x": random.normal(scale=0.3, size=component.x.size)}
             drawn |= {"u": random.normal(scale=0.3, size=component.u.size)}
-            known = [drawn[kind] for kind in kinds]
-            results = traced[name].call(known)
+            drawn["k"] = traced["model_constants"](p).full().ravel()
+            results = traced[name].call([drawn[kind] for kind in kinds])
             numbers = np.concatenate([result.full().ravel() for result in results])
             relative = 1e-9 if name == "model_margins" else 1e-12  # determinants by another elimination
-            assert numbers == pytest.approx(function(*known), rel=relative, abs=1e-12), name
-    assert set(traced) == {*untraced(component), "model_derivative"}
+            expected = function(*(drawn[kind] for kind in kinds if kind != "k"))
+            assert numbers == pytest.approx(expected, rel=relative, abs=1e-12), name
+    assert set(traced) == {*untraced(component), "model_constants", "model_derivative"}

@@ -5,7 +5,7 @@ from ..feedback_cases import controller_cases, turning
 from .interface import COMPONENT
 
 CASES = (
-    *controller_cases(COMPONENT, "adaptation", {"theta_hat_0.dB": 5.0}),
+    *controller_cases(COMPONENT, "adaptation", {"adaptation": 0}, {"theta_hat_0.dB": 5.0}),
     Case(
         "extended_law",
         "A couple is adapted too, by the way of the pose in all six axes; the measurement is lost from 4 s on",

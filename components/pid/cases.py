@@ -3,4 +3,4 @@
 from ..feedback_cases import controller_cases
 from .interface import COMPONENT
 
-CASES = controller_cases(COMPONENT, "integration", {"integral_0.z": 5.0})
+CASES = controller_cases(COMPONENT, "integration", {"integration": 0}, {"integral_0.z": 5.0})

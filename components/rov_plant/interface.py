@@ -27,6 +27,7 @@ from ..interface import (
 from ..vehicle import (
     ATTACK_POINTS,
     FORCES,
+    MODEL_PARAMETERS,
     N_THRUSTERS,
     THRUSTER_PARAMETERS,
     UNIT_DIRECTIONS,
@@ -34,9 +35,6 @@ from ..vehicle import (
 )
 from . import equations
 
-_MASS_UNITS = ("kg", "kg", "kg", "kg.m2", "kg.m2", "kg.m2")
-_LINEAR_UNITS = ("N.s/m", "N.s/m", "N.s/m", "N.m.s/rad", "N.m.s/rad", "N.m.s/rad")
-_QUADRATIC_UNITS = ("N.s2/m2", "N.s2/m2", "N.s2/m2", "N.m.s2/rad2", "N.m.s2/rad2", "N.m.s2/rad2")
 _UPRIGHT: dict[str, Any] = {
     "minimum": [*[-np.inf] * 4, -np.pi / 2, -np.inf],
     "maximum": [*[np.inf] * 4, np.pi / 2, np.inf],
@@ -98,30 +96,7 @@ COMPONENT = Continuous(
     ),
     parameters=(
         *WEIGHT_PARAMETERS,
-        vector(
-            "I",
-            ("xx", "yy", "zz", "xy", "xz", "yz"),
-            "Moment or product of inertia of the dry vehicle about the body origin (estimate)",
-            unit="kg.m2",
-            start=[3.7, 6.3, 5.9, 0.0, 0.0, 0.0],
-        ),
-        vector(
-            "added_mass",
-            VELOCITY,
-            "Added mass, positive (roll and pitch: estimate)",
-            unit=_MASS_UNITS,
-            start=[40.0, 48.0, 56.0, 5.5, 9.4, 8.8],
-            minimum=0.0,
-        ),
-        vector("D_linear", VELOCITY, "Linear damping, positive", unit=_LINEAR_UNITS, minimum=0.0),
-        vector(
-            "D_quadratic",
-            VELOCITY,
-            "Quadratic damping, positive (roll and pitch: estimate)",
-            unit=_QUADRATIC_UNITS,
-            start=[130.0, 195.0, 286.0, 4.8, 9.8, 10.18],
-            minimum=0.0,
-        ),
+        *MODEL_PARAMETERS,
         *ATTACK_POINTS,
         Signal(
             "forces",

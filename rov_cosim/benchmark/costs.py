@@ -1,5 +1,6 @@
 """Measurements of what FMUs cost: in C, called from Python, in the master's loop, and as whole commands."""
 
+import ctypes
 import math
 import re
 import subprocess
@@ -25,7 +26,8 @@ from ..ssp.wiring import Wiring
 ROUNDS = 3
 """Times that a measurement is repeated; the quickest counts, for other work on the machine only ever slows it down."""
 
-_C = files(__package__)
+WAYS = ("traced", "prepared", "drawn", "through_fmi")
+"""Ways to step a component in C, as benchmark.c has them."""
 
 _LAUNCH = """
 import resource, subprocess, sys, time
@@ -48,24 +50,45 @@ def in_turns(ways: Mapping[str, Cost], rounds: int = ROUNDS) -> dict[str, tuple[
     return best
 
 
-@contextmanager
-def in_c(component: Component) -> Iterator[Cost]:
-    """Yield what measures a component in C: the traced functions bare, the same and their noise, and fmi2DoStep."""
-    sources = {**native_export.sources(component), "benchmark.c": (_C / "benchmark.c").read_bytes()}
-    definitions = []
-    if isinstance(component, Continuous):
-        internal = component.p.start[component.p.names.index(component.max_step)]
-        definitions.append(f"-DINTERNAL_STEPS={round(SAMPLE_TIME / internal)}")
-    with tempfile.TemporaryDirectory() as folder:
-        program = Path(folder) / "benchmark.exe"
-        program.write_bytes(zig.compiled(sources, zig.host_target(), program.name, definitions))
-        program.chmod(0o755)
+class InC:
+    """Measures components in C: their steps taken in turn, alone in a loop, by one of `WAYS`."""
+
+    def __init__(self, own: Iterable[Component], folder: Path) -> None:
+        self._folder = folder
+        self._in_turn = self._loaded("in_turn", {"in_turn.c": _source("in_turn.c")}).in_turn
+        self._in_turn.restype = ctypes.c_double
+        self._in_turn.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_size_t)
+        self._libraries = {c.name: self._loaded(c.name, _timed(c)) for c in own}
+
+    def of(self, *names: str, steps: int = 5000) -> Cost:
+        """Return what measures components: a number for each of `WAYS`. Few steps, for it is called many times."""
+        libraries = [self._libraries[name] for name in names]
 
         def measured() -> tuple[float, ...]:
-            printed = subprocess.run([program], capture_output=True, encoding="utf-8", check=True).stdout
-            return tuple(1e-9 * float(number) for number in printed.split())
+            taken = []
+            for way in WAYS:
+                for library in libraries:
+                    library.begin()
+                functions = [ctypes.cast(library[way], ctypes.c_void_p) for library in libraries]
+                taken.append(self._in_turn((ctypes.c_void_p * len(names))(*functions), len(names), steps))
+            assert min(taken) > 0
+            return tuple(taken)
 
-        yield measured
+        return measured
+
+    def _loaded(self, name: str, sources: Mapping[str, bytes]) -> ctypes.CDLL:
+        platform = zig.host_platform()
+        path = self._folder / f"{name}{zig.SUFFIXES[platform]}"
+        path.write_bytes(zig.shared_library(name, sources, platform))
+        return ctypes.CDLL(str(path))
+
+
+def _timed(component: Component) -> dict[str, bytes]:
+    source = _source("benchmark.c")
+    if isinstance(component, Continuous):
+        internal = component.p.start[component.p.names.index(component.max_step)]
+        source = f"#define INTERNAL_STEPS {round(SAMPLE_TIME / internal)}\n".encode() + source
+    return {**native_export.sources(component), "benchmark.c": source}
 
 
 def in_loop(wiring: Wiring, folders: Folders, steps: int, every: int = 1, in_numpy: bool = False) -> Cost:
@@ -116,7 +139,7 @@ def from_python(wiring: Wiring, steps: int) -> dict[str, list[float]]:
 @contextmanager
 def idle(wiring: Wiring) -> Iterator[Folders]:
     """Yield folders of FMUs in place of the system's own that have the same variables and do nothing."""
-    sources = {"idle.c": (_C / "idle.c").read_bytes()}
+    sources = {"idle.c": _source("idle.c")}
     platform = zig.host_platform()
     with ExitStack() as stack:
         folders = {}
@@ -155,6 +178,10 @@ def milestones(marks: Mapping[str, str], *words: str) -> dict[str, float]:
                     if re.search(pattern, line):
                         found[name] = min(found[name], perf_counter() - begin)
     return found
+
+
+def _source(name: str) -> bytes:
+    return (files(__package__) / name).read_bytes()
 
 
 def _ways(slave: Slave) -> dict[str, Callable[[float, float], None]]:

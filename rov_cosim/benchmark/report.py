@@ -6,6 +6,7 @@ from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from math import isnan
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from ..components.interface import SAMPLE_TIME
 from ..exporters.build import components
@@ -24,7 +25,13 @@ TURNS = 20
 
 Ways = dict[str, costs.Cost | None]
 
-TRACED, DRAWN, DO_STEP = "C: traced functions, bare", "C: the same, and the noise drawn", "C: native fmi2DoStep"
+IN_C = (
+    "C: traced functions, bare",
+    "C: what follows from parameters done before",
+    "C: the same, and the noise drawn",
+    "C: native fmi2DoStep",
+)
+"""The labels of `costs.WAYS`."""
 IN_NUMPY = "native FMUs, steps in NumPy"
 DO_NOTHING = "FMUs that do nothing"
 
@@ -32,6 +39,7 @@ RUNS, DURATION = 1024, 60.0
 """Runs of the campaign that is measured, and the time in s that each simulates."""
 
 EVERY = 100
+IN_TURN = "all in turn"
 SPARSE = f"the same, recorded every {EVERY} steps"
 
 
@@ -40,14 +48,15 @@ def report(system: System, folder: str) -> Iterator[str]:
     own = list(dict.fromkeys(system.elements.values()))
     with ExitStack() as stack:
         wirings = {export: stack.enter_context(opened(system, export=export)) for export in STEPS}
-        in_c = {name: stack.enter_context(costs.in_c(components()[name])) for name in own}
+        c = costs.InC((components()[n] for n in own), Path(stack.enter_context(TemporaryDirectory())))
+        in_c = {**{name: c.of(name) for name in own}, IN_TURN: c.of(*system.elements.values())}
         ours = stack.enter_context(_own_loops(wirings["native"]))
         theirs = stack.enter_context(_other_loops(wirings["native"], wirings["pythonfmu"], ssp_path(system.name)))
         best = costs.in_turns({**in_c, **ours}, TURNS) | costs.in_turns({n: way for n, way in theirs.items() if way})
 
-        yield _row(f"a communication step of {1e3 * SAMPLE_TIME:g} ms, in us", own)
-        for place, label in enumerate((TRACED, DRAWN, DO_STEP)):
-            yield _row(label, (f"{1e6 * best[name][place]:.2f}" for name in own))
+        yield _row(f"a communication step of {1e3 * SAMPLE_TIME:g} ms, in us", [*own, IN_TURN])
+        for place, label in enumerate(IN_C):
+            yield _row(label, (f"{1e6 * best[name][place]:.2f}" for name in (*own, IN_TURN)))
         for export, steps in STEPS.items():
             for way, seconds in costs.from_python(wirings[export], steps).items():
                 yield _row(f"{export}: {way}", (f"{1e6 * one:.1f}" for one in seconds))
@@ -96,12 +105,13 @@ def report(system: System, folder: str) -> Iterator[str]:
     yield _row("pythonfmu loop : native loop", [f"{loops[_of('pythonfmu')] / native:.1f}"])
     yield _row("native loop : do-nothing loop", [f"{native / loops[DO_NOTHING]:.2f}"])
     yield _row("native loop in NumPy : in C", [f"{loops[IN_NUMPY] / native:.2f}"])
-    for place, label in enumerate(("traced functions", "traced functions and noise")):
-        floor = sum(best[name][place] for name in system.elements.values())
-        yield _row(f"native loop : {label}", [f"{native / floor:.2f}"])
+    for label, floor in zip(
+        ("traced functions", "the same, prepared", "the same, and noise"), best[IN_TURN], strict=False
+    ):
+        yield _row(f"native loop : {label}, in turn", [f"{native / floor:.2f}"])
         yield _row(f"    recorded every {EVERY} steps", [f"{loops[SPARSE] / floor:.2f}"])
     for name in own:
-        bare, _, fmi = best[name]
+        bare, *_, fmi = best[name]
         yield _row(f"fmi2DoStep of {name} : traced functions", [f"{fmi / bare:.2f}", f"+ {1e9 * (fmi - bare):.0f} ns"])
     yield _row("start-up : fmpy simulate", [f"{walls[1] / walls[0]:.2f}"])
     if each is not None:

@@ -19,13 +19,14 @@ from ..study.changes import Changes
 from ..study.scores import VERDICTS, Score, Verdict
 from ..study.settings import Settings
 from ..study.troubles import TROUBLES
+from ..systems import fleet
 from ..systems.catalogue import SYSTEMS
 
 _POSITIVE = click.FloatRange(min=0, min_open=True)
 
 
 class SystemType(click.ParamType[System | Path]):
-    """The name of a system of this project, or the path of an SSP archive."""
+    """The name of a system of this project, or the path of an SSP archive or of a vehicle's SSV."""
 
     name = "system"
 
@@ -41,6 +42,8 @@ class SystemType(click.ParamType[System | Path]):
             return SYSTEMS[value]
         if str(value).endswith(".ssp"):
             return Path(value)
+        if vehicle := fleet.of_file(str(value)):
+            return fleet.holding(*vehicle)
         if Path(value).suffix == ".fmu":
             self.fail(f"{value} is an FMU: it takes a place in a system by --swap ELEMENT={value}.")
         if Path(value).suffix == ".py":
@@ -124,6 +127,13 @@ export = click.option(
 set_ = click.option(
     "--set", "values", multiple=True, callback=_values, metavar="ELEMENT.VARIABLE=VALUE", help="Another start value."
 )
+parameters = click.option(
+    "--parameters",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    multiple=True,
+    metavar="FILE.ssv",
+    help="Start values by ELEMENT.VARIABLE, as `rov-cosim tune` writes them; --set goes before them.",
+)
 swap = click.option(
     "--swap", "swaps", multiple=True, callback=_swaps, metavar="ELEMENT=FMU", help="An FMU in the place of an element."
 )
@@ -205,12 +215,20 @@ def changes_but_troubles(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options that change a system but for --trouble, handed to the command as one `Changes`."""
 
     @functools.wraps(command)
-    def gathered(*, values: dict[str, str], swaps: dict[str, Path], map_: Path | None, **others: Any) -> None:
+    def gathered(
+        *,
+        values: dict[str, str],
+        swaps: dict[str, Path],
+        map_: Path | None,
+        parameters: tuple[Path, ...],
+        **others: Any,
+    ) -> None:
         if map_ and not swaps:
             raise click.UsageError("--map tells how the FMUs of --swap take their places: name one by --swap.")
-        command(changes=Changes(swaps, swap_map.read(map_) if map_ else {}, values), **others)
+        maps = swap_map.read(map_) if map_ else {}
+        command(changes=Changes(swaps, maps, values, parameters=parameters), **others)
 
-    return set_(swap(map_option(gathered)))
+    return set_(parameters(swap(map_option(gathered))))
 
 
 def changes(command: Callable[..., None]) -> Callable[..., None]:

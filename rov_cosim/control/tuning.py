@@ -109,7 +109,8 @@ def tuned(
         most = next(float(np.max(s.maximum)) for s in component.parameters if s.key == "epsilon_0")
         epsilon = min(rule.integral * omega / ADAPTED_SHARE, most)
         W, controlled = estimate_map(component, parameters or {})
-        gains["Gamma"] = rule.integral * omega / epsilon * _gamma(W, stiffness, controlled)
+        W = W * controlled[:, None]
+        gains["Gamma"] = rule.integral * omega / epsilon * _gamma(W, stiffness)
         gains["epsilon_0"] = np.array([epsilon])
         stiffness = stiffness - W**2 @ gains["Gamma"]
         if not np.all(stiffness > 0):
@@ -153,14 +154,13 @@ def estimate_map(component: Sampled, parameters: Mapping[str, Any]) -> tuple[NDA
     return W, np.asarray(degrees_of_freedom(p.control_roll_pitch), dtype=float)
 
 
-def _gamma(W: Any, M: Any, controlled: Any) -> NDArray[np.float64]:
+def _gamma(W: Any, M: Any) -> NDArray[np.float64]:
     """Return Gamma, shape (n,), whose W Gamma W^T has the diagonal M in each translation, and at most M in rotation.
 
     Forces share an axis by the inertia that each feels at its point of attack, 1 / (W_i^T M^-1 W_i): a long lever has
     little, so that it does not stiffen the rotation beyond M. Couples, columns without a force, make up for what the
     levers leave.
     """
-    W = W * controlled[:, None]
     is_force = np.any(np.abs(W[:3]) > 0, axis=0)
     felt = 1 / np.maximum(np.sum(W**2 / M[:, None], axis=0), np.finfo(float).tiny)
     axis = np.where(is_force, np.argmax(np.abs(W[:3]), axis=0), 3 + np.argmax(np.abs(W[3:]), axis=0))

@@ -12,11 +12,11 @@ from ..components.interface import Component, Continuous, Sampled
 from ..components.stepping import SAMPLE_TOLERANCE, STEP_TOLERANCE
 from .model_description import LOG_CATEGORIES
 
-STATE_VERSION = 2
-"""Version of a saved state; raised whenever `State` in c/instance.h changes."""
+STATE_VERSION = 3
+"""Version of a saved state; raised whenever `State` in c/state.h changes."""
 
 
-def header(component: Component) -> str:
+def header(component: Component, n_constants: int) -> str:
     """Return component.h: sizes, the places of the parameters that the shell reads, and the limits of time."""
     names = component.p.names
     if isinstance(component, Sampled):
@@ -34,6 +34,7 @@ enum {{
     N_VARIABLES = {component.u.size + component.y.size + component.p.size},
     N_REQUIREMENTS = {len(component.requirements)},
     N_DRAWS = {draws},
+    N_CONSTANTS = {max(n_constants, 1)}, /* at least one, for C has no empty array */
     INTERNAL_STEP = {internal_step}, /* the parameter with the time between samples, or the longest internal step */
     SEED = {seed} /* the parameter that selects the draws; without draws any, and not to be read */
 }};

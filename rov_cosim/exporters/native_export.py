@@ -54,9 +54,10 @@ def sources(component: Component) -> dict[str, bytes]:
     omitted = _CONTINUOUS_ONLY if isinstance(component, Sampled) else _SAMPLED_ONLY
     code = {name: text for name, text in hand_written().items() if name not in omitted}
     guid = description(component).guid
-    code["component.h"] = c_tables.header(component).encode()
+    traced = tracing.functions(component)
+    code["component.h"] = c_tables.header(component, tracing.n_constants(traced)).encode()
     code["component.c"] = c_tables.source(component, guid).encode()
-    code["model.c"] = tracing.source(component).encode()
+    code["model.c"] = tracing.source(component, traced).encode()
     return code
 
 

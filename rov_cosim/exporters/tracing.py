@@ -1,6 +1,7 @@
 """Tracing a component's functions, unchanged, into C by CasADi's NumPy mode."""
 
 import re
+from collections.abc import Iterator
 from importlib.metadata import version
 from typing import Any
 
@@ -23,48 +24,64 @@ _HEADER = """\
 """
 
 
-def functions(component: Component) -> list[ca.Function]:
-    """Return the component's equations as CasADi functions of flat column vectors, as c/interface.h lists them."""
+def functions(component: Component) -> dict[str, ca.Function]:
+    """Return the component's equations as CasADi functions of flat column vectors by name, as c/interface.h lists them.
+
+    What follows from the parameters alone is a function of its own, for it need not be worked out at every step.
+    """
     mode = ca.GlobalOptions.getNumpyMode()
     ca.GlobalOptions.setNumpyMode(1)
     try:
-        return _traced(component)
+        return {function.name(): function for function in _traced(component)}
     finally:
         ca.GlobalOptions.setNumpyMode(mode)
 
 
-def source(component: Component) -> str:
+def n_constants(traced: dict[str, ca.Function]) -> int:
+    """Return how many values follow from the parameters alone."""
+    return int(traced["model_constants"].numel_out(0))
+
+
+def source(component: Component, traced: dict[str, ca.Function]) -> str:
     """Return the C source of `functions`."""
     generator = ca.CodeGenerator("model", _OPTIONS)
-    for function in functions(component):
+    for function in traced.values():
         generator.add(function)
     code = str(generator.dump())
     assert not re.search(r"\b(w|iw)\[", code)  # the shell passes no memory to work in
     return _HEADER.format(name=component.name, version=version("casadi")) + code
 
 
-def _traced(component: Component) -> list[ca.Function]:
+def _traced(component: Component) -> Iterator[ca.Function]:
     x, u, p = (ca.SX.sym(name, layout.size) for name, layout in zip("xup", _layouts(component), strict=True))
     X, U, P = (layout.unpack(_array(v)) for layout, v in zip(_layouts(component), (x, u, p), strict=True))
-    traced = [_function("initial_state", [p], [component.x.pack(component.initial_state(P))])]
+    yield _function("initial_state", [p], [component.x.pack(component.initial_state(P))])
     if component.requirements:
-        traced.append(_function("margins", [p], [ca.vertcat(*(ca.SX(r.margin(P)) for r in component.requirements))]))
+        yield _function("margins", [p], [ca.vertcat(*(ca.SX(r.margin(P)) for r in component.requirements))])
     if isinstance(component, Sampled):
-        draws = ca.SX.sym("w", component.draws)
-        known = [x, u, p, draws]
-        state, outputs = component.sample(X, U, P, _array(draws))
+        w = ca.SX.sym("w", component.draws)
+        known = [x, u, p, w]
+        state, outputs = component.sample(X, U, P, _array(w))
         y = component.y.pack(outputs)
-        traced.append(_function("sample", known, [component.x.pack(state), y]))
+        (after, now), constants, given = _prepared([component.x.pack(state), y], p)
+        yield _function("sample", [*known, constants], [after, now])
     else:
         assert isinstance(component, Continuous)
-        known = [x, u, p]
         h = ca.SX.sym("h")
+        known = [x, u, p]
         y = component.y.pack(component.outputs_of(X, U, P))
-        after = component.x.pack(component.advance(X, U, P, _array(h)[0]))
-        traced += [_function("outputs", known, [y]), _function("advance", [x, u, p, h], [after])]
+        (after, now), constants, given = _prepared([component.x.pack(component.advance(X, U, P, _array(h)[0])), y], p)
+        yield _function("advance", [*known, h, constants], [after])
+        yield _function("outputs", [*known, constants], [now])
+    yield ca.Function("model_constants", [p], [given])
     change = ca.SX.sym("du", component.u.size)
-    traced.append(_function("derivative", [*known, change], [ca.jtimes(_column(y), u, change)]))
-    return traced
+    yield _function("derivative", [*known, change], [ca.jtimes(_column(y), u, change)])
+
+
+def _prepared(values: list[Any], p: ca.SX) -> tuple[list[ca.SX], ca.SX, ca.SX]:
+    """Return values in terms of constants, the symbols of these, and what they are in terms of the parameters p."""
+    found, symbols, given = ca.extract_parametric(ca.cse([_column(value) for value in values]), p)
+    return found, ca.vertcat(*symbols), ca.vertcat(*given)
 
 
 def _layouts(component: Component) -> tuple[Layout, Layout, Layout]:

@@ -78,7 +78,7 @@ def replay(element: Element, reference: Reference, places: Mapping[str, Place]) 
         table[ends[name]] = places[name].factor * reference.inputs[name]
     run = simulate_apart if Settings().isolates(wiring) else simulate
     try:
-        results = run(wiring, inputs=table)
+        results = run(wiring, inputs=table if fed else None)
     except (SimulationError, WiringError) as error:
         raise RunError(case.name, str(error)) from error
     return {name: results[ends[name]] / places[name].factor for name in component.y.names if name in places}

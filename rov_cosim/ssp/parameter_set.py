@@ -12,7 +12,7 @@ from .strict_xml import STANDARD, parse_strictly
 from .transformation import Linear, Table, transformation
 from .units import BASE_UNITS, Base, is_defined, line_between, units_of
 from .values import Value, is_settable, value_of
-from .wiring import WiringError, suggestion
+from .wiring import Wiring, WiringError, suggestion
 
 _FITTING = {("Integer", "Real"), ("Integer", "Enumeration")}
 """Types of a parameter and of a variable that differ, and yet fit."""
@@ -92,6 +92,31 @@ def read_parameter_set(path: Path, description: ModelDescription) -> dict[str, V
     bound = list(parameters(document))
     problems = list(repeated(bound))
     values = checked_values(bound, description.modelName, description, problems, problems.append)
+    if problems:
+        raise WiringError(str(path), problems)
+    return values
+
+
+def read_values(path: Path, wiring: Wiring, warn: Callable[[str], None]) -> dict[str, Value]:
+    """Return the values in a file whose names are ``element.variable``, by these names.
+
+    Raises
+    ------
+    WiringError : every problem found, as in `read_parameter_set`, and elements that the system has not.
+    """
+    bound = list(parameters(parse_strictly(path, str(path), "ssv")))
+    problems, values = list(repeated(bound)), {}
+    by_element: dict[str, list[Bound]] = {}
+    for one in bound:
+        element, variable = wiring.parted(one.name)
+        if element is None:
+            known = ", ".join(each.name for each in wiring.elements)
+            problems.append(f"{one.name} is of none of the elements {known}: expected names like controller.K_P.x.")
+        else:
+            by_element.setdefault(element.name, []).append(replace(one, name=variable))
+    for each in wiring.elements:
+        found = checked_values(by_element.get(each.name, ()), each.name, each.description, problems, warn)
+        values.update({f"{each.name}.{variable}": value for variable, value in found.items()})
     if problems:
         raise WiringError(str(path), problems)
     return values

@@ -4,6 +4,8 @@ The prefixes ssd:, ssc: and ssv: are literal, every connector has a type, and th
 annotations of Open Simulation Platform and OpenModelica, because readers of SSP depend on each of these.
 """
 
+from collections.abc import Mapping
+
 from fmpy.model_description import ModelVariable, SimpleType, Unit
 from lxml import etree
 
@@ -77,17 +79,33 @@ def system_structure(wiring: Wiring) -> bytes:
 
 def parameter_set(element: Element) -> bytes:
     """Return the .ssv with the start values of an element."""
-    root = etree.Element(_tag("ssv:ParameterSet"), nsmap=NAMESPACES, version="1.0", name=PARAMETER_SET)
+    return _parameter_set({name: (element, name, value) for name, value in element.start_values.items()})
+
+
+def values_set(wiring: Wiring, values: Mapping[str, Value], name: str, description: str) -> bytes:
+    """Return an .ssv with start values by ``element.variable``, which `parameter_set.read_values` reads."""
+    found = {end: wiring.parted(end) for end in values}
+    named = {end: (element, variable, values[end]) for end, (element, variable) in found.items() if element}
+    return _parameter_set(named, name, description)
+
+
+def _parameter_set(
+    values: Mapping[str, tuple[Element, str, Value]], name: str = PARAMETER_SET, description: str = ""
+) -> bytes:
+    root = etree.Element(_tag("ssv:ParameterSet"), nsmap=NAMESPACES, version="1.0", name=name)
+    if description:
+        root.set("description", description)
     parameters = _child(root, "ssv:Parameters")
-    used = set()
-    for name, value in element.start_values.items():
-        variable = element.variables[name]
-        parameter = _child(parameters, "ssv:Parameter", name=name)
-        typed = _child(parameter, f"ssv:{variable.type}", value=_literal(value, variable))
+    used: dict[str, Unit] = {}
+    for end, (element, variable_name, value) in values.items():
+        variable = element.variables[variable_name]
+        typed = _child(
+            _child(parameters, "ssv:Parameter", name=end), f"ssv:{variable.type}", value=_literal(value, variable)
+        )
         if variable.unit:
             typed.set("unit", variable.unit)
-            used.add(variable.unit)
-    _units(root, [unit for unit in element.description.unitDefinitions if unit.name in used], prefix="ssv")
+            used |= {unit.name: unit for unit in element.description.unitDefinitions if unit.name == variable.unit}
+    _units(root, list(used.values()), prefix="ssv")
     return _to_bytes(root)
 
 

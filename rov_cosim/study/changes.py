@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 
+from ..ssp.parameter_set import read_values
 from ..ssp.swap_map import SwapMap
 from ..ssp.swapping import with_swaps
 from ..ssp.values import Value
@@ -32,12 +33,14 @@ class Changes:
     maps : how, by element; an element needs none whose FMU has the same names.
     values : other start values, by ``element.variable``, as values or literals.
     troubles : names of `TROUBLES` that come over it then, scaled by the values that hold by then.
+    parameters : SSV files of start values, by ``element.variable``; `values` go before them.
     """
 
     swaps: Mapping[str, Path] = field(default_factory=dict)
     maps: Mapping[str, SwapMap] = field(default_factory=dict)
     values: Mapping[str, Value | str] = field(default_factory=dict)
     troubles: tuple[str, ...] = ()
+    parameters: tuple[Path, ...] = ()
 
     def applied(self, wiring: Wiring, warn: Callable[[str], None] = lambda message: None) -> Wiring:
         """Return a system with the changes in it, and in its name.
@@ -49,7 +52,10 @@ class Changes:
         if unknown := [name for name in self.troubles if name not in TROUBLES]:
             problems = [f"There is no trouble {name}.{suggestion(name, TROUBLES)}" for name in unknown]
             raise WiringError(wiring.name, problems)
-        changed = with_swaps(wiring, self.swaps, self.maps, warn).with_values(self.values)
+        changed = with_swaps(wiring, self.swaps, self.maps, warn)
+        for path in self.parameters:
+            changed = changed.with_values(read_values(path, changed, warn))
+        changed = changed.with_values(self.values)
         by = dict.fromkeys(self.values, "")
         for name in self.troubles:
             before, changed = changed, TROUBLES[name].applied(changed)
@@ -65,7 +71,13 @@ class Changes:
     def words(self) -> list[str]:
         """Return a word for each change, the same for the same change alone."""
         swaps = [f"{name}={fmu.stem}-{self._digest(name)}" for name, fmu in self.swaps.items()]
-        return [*swaps, *(f"{end}={plain(value)}" for end, value in sorted(self.values.items())), *self.troubles]
+        files = [f"{path.stem}-{sha256(path.read_bytes()).hexdigest()[:6]}" for path in self.parameters]
+        return [
+            *swaps,
+            *files,
+            *(f"{end}={plain(value)}" for end, value in sorted(self.values.items())),
+            *self.troubles,
+        ]
 
     def _digest(self, element: str) -> str:
         """Return what tells FMUs of one file name, and their maps, apart."""

@@ -15,6 +15,8 @@ from .troubles import TROUBLES
 COLOURS = ("#9ecae1", "#fee391", "#fd8d3c", "#99000d")
 """Of `VERDICTS`; told apart by their lightness too."""
 _NOT_RUN = "#eeeeee"
+CALM = "still_water"
+"""The trouble in which the thrust's variation is told: there it is the controller's own."""
 _HEAD = """\
 # The matrix
 
@@ -41,6 +43,14 @@ def markdown(matrix: Matrix, command: str, picture: str, note: str = "") -> str:
         for trouble in troubles:
             cells = [_summary(matrix.scores.get(Cell(vehicle, controller, trouble))) for controller in controllers]
             lines.append(f"| {trouble} | {' | '.join(cells)} |")
+        lines.append("")
+    if CALM in troubles:
+        lines += [f"## Chattering in {CALM}", "", "Total variation of the thrust that moves most, by time, in N/s.", ""]
+        names = list(dict.fromkeys(name for controllers in columns.values() for name in controllers))
+        lines += [f"| | {' | '.join(names)} |", "|---" * (1 + len(names)) + "|"]
+        for vehicle in columns:
+            cells = [_chattering(matrix.scores.get(Cell(vehicle, name, CALM))) for name in names]
+            lines.append(f"| {vehicle} | {' | '.join(cells)} |")
         lines.append("")
     lines += ["## Troubles", "", "| trouble | what it is |", "|---|---|"]
     lines += [f"| {name} | {TROUBLES[name].description} |" for name in troubles]
@@ -107,6 +117,10 @@ def _summary(score: Score | None) -> str:
         return ""
     settling = "" if score.settling is None else f"{score.settling:.0f} s"
     return ", ".join(filter(None, (score.verdict, _errors(score, "{:.0f} mm, {:.1f} deg"), settling)))
+
+
+def _chattering(score: Score | None) -> str:
+    return "" if score is None or score.chattering is None else f"{score.chattering:.0f}"
 
 
 def _errors(score: Score, form: str) -> str:

@@ -27,9 +27,16 @@ def write_scores(scores: Mapping[Any, Score], head: tuple[str, ...], path: Path)
 
 
 def comparison(runs: Mapping[str, Run]) -> str:
-    """Return a line for each run: when it settles, the mean of each axis in hold, the effort, the verdict."""
+    """Return a line for each run: when it settles, the mean of each axis in hold, the thrusters, the verdict."""
     width = max(map(len, ["run", *runs]))
-    heads = ("settles [s]", *(f"mean {axis} [mm]" for axis in "xyz"), "mean yaw [deg]", "worst [mm]", "effort [N]")
+    heads = (
+        "settles [s]",
+        *(f"mean {axis} [mm]" for axis in "xyz"),
+        "mean yaw [deg]",
+        "worst [mm]",
+        "effort [N]",
+        "chatter [N/s]",
+    )
     lines = [f"{'run':{width}}" + "".join(f"{head:>16}" for head in heads) + "   verdict"]
     for name, run in runs.items():
         score, cells = run.score, [""] * len(heads)
@@ -38,6 +45,7 @@ def comparison(runs: Mapping[str, Run]) -> str:
             cells = ["never" if score.settling is None else f"{score.settling:.2f}"]
             cells += [f"{1e3 * mean:.2f}" for mean in means[:3]]
             cells += [f"{np.degrees(means[3]):.2f}", _cell(score.worst, 1e3), _cell(score.effort, 1.0)]
+            cells += [_cell(score.chattering, 1.0)]
         lines.append(f"{name:{width}}" + "".join(f"{cell:>16}" for cell in cells) + f"   {score}")
     return "\n".join(lines)
 

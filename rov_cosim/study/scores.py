@@ -51,6 +51,8 @@ class Score:
     mean_yaw, rms_yaw, worst_yaw : of the yaw error.
     tilt : the largest angle of roll or pitch in rad.
     effort : root mean square of the thruster commands, all together, in N; None if the controller has no ``u``.
+    chattering : total variation of the thruster command that moves most, by time, in N/s, between the rows; None as for
+        effort.
     saturated : share of the hold in which a command is limited; None if the controller does not tell.
     wrong_force, wrong_moment : root mean square of the estimated less the true disturbance, in N over X, Y and Z, and
         in N m about the vertical: the part of the unknown forces that shows at rest; None if nothing is estimated, or
@@ -68,6 +70,7 @@ class Score:
     worst_yaw: float | None = None
     tilt: float | None = None
     effort: float | None = None
+    chattering: float | None = None
     saturated: float | None = None
     wrong_force: float | None = None
     wrong_moment: float | None = None
@@ -107,6 +110,7 @@ def score(results: NDArray[Any], wiring: Wiring, failure: str = "") -> Score:
         worst_yaw=float(worst[3]),
         tilt=float(np.abs(eta[3:5, begin:]).max()),
         effort=None if commands is None else float(np.sqrt((commands[:, begin:] ** 2).sum(axis=0).mean())),
+        chattering=None if commands is None else _variation(results["time"][begin:], commands[:, begin:]),
         saturated=_mean(held, f"{controller}.saturated"),
         wrong_force=float(np.sqrt(sum(wrong[axis] ** 2 for axis in "XYZ"))) if wrong else None,
         wrong_moment=float(wrong["N"]) if wrong else None,
@@ -171,6 +175,12 @@ def _commands(results: NDArray[Any], controller: str) -> NDArray[np.float64] | N
     names = [f"{controller}.u[{i}]" for i in count(N_THRUSTERS)]
     there = set(names) <= set(results.dtype.names or ())
     return np.stack([results[name] for name in names]) if there else None
+
+
+def _variation(time: NDArray[np.float64], commands: NDArray[np.float64]) -> float:
+    """Return the largest total variation of a row of the commands, shape (8, rows), by time, in N/s; 0 of one row."""
+    total = np.abs(np.diff(commands, axis=1)).sum(axis=1).max()
+    return float(total / (time[-1] - time[0])) if len(time) > 1 else 0.0
 
 
 def _mean(held: NDArray[Any], name: str) -> float | None:

@@ -7,7 +7,7 @@ from typing import Any
 import click
 from tqdm import tqdm
 
-from ...study.campaign import declared
+from ...study.campaign import declared, servant
 from ...study.campaign.errors import with_extra
 from ...study.runs import file_name, results_folder
 from ...study.screen import counted, say
@@ -31,6 +31,8 @@ def command(file: Path, jobs: int, scheduler: str, output: Path | None, fresh: b
 
     What a run of the same campaign recorded before it was interrupted, or killed, is taken as it is.
     """
+    if not scheduler:
+        servant.begin()
     found = declared.read(file)
     path = (output or results_folder()).absolute() / f"{file_name(f'campaign+{file.stem}')}.parquet"
     path.parent.mkdir(parents=True, exist_ok=True)

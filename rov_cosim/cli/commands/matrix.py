@@ -10,6 +10,7 @@ from typing import Any
 import click
 from tqdm import tqdm
 
+from ...study.campaign import servant
 from ...study.changes import Changes
 from ...study.matrix import Cell, Matrix, MatrixError, run_all, wired
 from ...study.runs import file_name, results_folder
@@ -66,6 +67,8 @@ def command(
     fail_on: str | None,
 ) -> None:
     """Run every vehicle with every controller in every trouble, and tell which held it."""
+    if not scheduler:
+        servant.begin()
     folder = (output or results_folder()).absolute()
     folder.mkdir(parents=True, exist_ok=True)
     chosen = vehicles or (() if systems else tuple(VEHICLES)), controllers or tuple(CONTROLLERS)

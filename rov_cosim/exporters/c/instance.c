@@ -7,7 +7,7 @@
 /* --- checks --- */
 
 static int check_parameters(Instance *instance) {
-    double margins[N_REQUIREMENTS + 1] = {0};
+    double margins[N_REQUIREMENTS + 1] = {0}, *constants = instance->now.constants;
     const double *arguments[] = {&instance->now.values[FIRST_PARAMETER]};
     double *results[] = {margins};
     if (!instance->now.unchecked)
@@ -20,6 +20,7 @@ static int check_parameters(Instance *instance) {
             append(instance->message, "%s%s", instance->message[0] ? " " : "", requirements[i]);
     if (instance->message[0])
         return 0;
+    model_constants(arguments, &constants, 0, 0, 0);
     instance->now.unchecked = 0;
     return 1;
 }
@@ -88,7 +89,8 @@ void assign_rate(Instance *instance, uint32_t reference, double rate) {
 /* --- life --- */
 
 static Conditions conditions(const State *state) {
-    Conditions at = {state->values, state->u_rate, &state->values[FIRST_PARAMETER], state->start_time, state->time};
+    Conditions at = {state->values, state->u_rate, &state->values[FIRST_PARAMETER], state->constants, state->start_time,
+                     state->time};
     return at;
 }
 

@@ -35,9 +35,10 @@ typedef int Traced(const double **arguments, double **results, int *, double *, 
 
 Traced model_initial_state; /* p -> x */
 Traced model_margins;       /* p -> one for each of `requirements` */
-Traced model_advance;       /* continuous: x, u, p, h -> x after an internal step of h */
-Traced model_outputs;       /* continuous: x, u, p -> y */
-Traced model_sample;        /* sampled: x, u, p, draws -> x after a sample, y */
+Traced model_constants;     /* p -> what the next three need of it and nothing else */
+Traced model_advance;       /* continuous: x, u, p, h, constants -> x after an internal step of h */
+Traced model_outputs;       /* continuous: x, u, p, constants -> y */
+Traced model_sample;        /* sampled: x, u, p, draws, constants -> x after a sample, y */
 Traced model_derivative;    /* x, u, p, draws (if sampled), direction of u -> directional derivative of y */
 
 #endif

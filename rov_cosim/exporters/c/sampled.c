@@ -13,7 +13,7 @@ static void draw(const Result *state, const Conditions *at, double *draws) {
 
 static void sample(const Result *state, const Conditions *at, double *x, double *y) {
     double draws[N_DRAWS + 1];
-    const double *arguments[] = {state->x, at->u, at->p, draws};
+    const double *arguments[] = {state->x, at->u, at->p, draws, at->constants};
     double *results[] = {x, y};
     draw(state, at, draws);
     model_sample(arguments, results, 0, 0, 0);

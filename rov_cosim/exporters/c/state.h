@@ -8,6 +8,7 @@
 /* All that the rest of a run depends on. The outputs in `values` are those last computed. */
 typedef struct {
     double values[N_VARIABLES], x[N_X], u_rate[N_U], time, start_time, stop_time; /* the last infinite if there is none */
+    double constants[N_CONSTANTS]; /* what follows from the parameters, once they are checked */
     int64_t samples, phase;
     int64_t stale;     /* whether the outputs wait for a preview */
     int64_t unchecked; /* whether the parameters wait for their requirements */

@@ -14,7 +14,7 @@ typedef struct {
 
 /* The values that a step starts from; its inputs are u + u_rate * (time since its begin). */
 typedef struct {
-    const double *u, *u_rate, *p;
+    const double *u, *u_rate, *p, *constants;
     double start_time, time;
 } Conditions;
 

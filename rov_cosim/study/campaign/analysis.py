@@ -23,7 +23,15 @@ CHANCE = 0.01
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 CLASSES, LEAST = 10, 5
 """Classes of a parameter with more values than that, of equal numbers of runs; and the fewest runs of one."""
-UNITS = {"settling": "s", "effort": "N", "saturated": "1", "wrong_force": "N", "wrong_moment": "N m", "tilt": "rad"}
+UNITS = {
+    "settling": "s",
+    "effort": "N",
+    "chattering": "N/s",
+    "saturated": "1",
+    "wrong_force": "N",
+    "wrong_moment": "N m",
+    "tilt": "rad",
+}
 UNITS |= {
     name: "rad" if name.endswith("yaw") else "m" for base in ("mean", "rms", "worst") for name in (base, f"{base}_yaw")
 }

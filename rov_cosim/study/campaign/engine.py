@@ -1,12 +1,10 @@
 """Runs on Dask's workers, in chunks: what comes back is scored, and a worker that dies costs the run that killed it."""
 
 import logging
-import signal
 from collections import deque
 from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
-from multiprocessing import resource_tracker
 from tempfile import TemporaryDirectory
 from typing import Any
 from uuid import uuid4
@@ -19,6 +17,7 @@ from ...master.interrupts import deferred
 from ...ssp.wiring import Wiring
 from ..scores import Score
 from ..settings import Settings
+from . import servant
 from .case import Case
 from .errors import CampaignError
 from .worker import Systems, run_chunk
@@ -128,8 +127,10 @@ def _client(jobs: int, scheduler: str) -> Iterator[Client]:
                 raise CampaignError(f"The scheduler at {scheduler} has no workers: start some, as the README says.")
         else:
             folder = stack.enter_context(TemporaryDirectory(prefix="rov_cosim_", ignore_cleanup_errors=True))
-            here = dask.config.set({"temporary-directory": folder})  # the scheduler takes it from nowhere else
-            with here, _interrupts_blocked(), deferred() as interrupted:  # half a cluster could not be closed
+            how = {"temporary-directory": folder, "distributed.worker.multiprocessing-method": servant.METHOD}
+            stack.enter_context(dask.config.set(how))  # neither is taken from elsewhere
+            servant.begin()
+            with servant.interrupts_blocked(), deferred() as interrupted:  # half a cluster could not be closed
                 cluster = stack.enter_context(_local(jobs))
                 client = stack.enter_context(Client(cluster, set_as_default=False))
             if interrupted:
@@ -145,17 +146,3 @@ def _local(jobs: int) -> LocalCluster:
         silence_logs=logging.CRITICAL,
         scheduler_kwargs={"allowed_failures": 0, "dashboard": False, "dashboard_address": "localhost:0"},
     )
-
-
-@contextmanager
-def _interrupts_blocked() -> Iterator[None]:
-    """Hold Ctrl-C back; threads and processes that begin meanwhile are never told of it: it is this one's to answer."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    resource_tracker.ensure_running()  # else it starts with the first process, and lets the interrupts in again
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -1,0 +1,108 @@
+"""`rov-cosim tune`: the gains for a vehicle, by one rule."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ...control.certificate import Certificate
+from ...control.tuning import Rule, Timing, TuningError, tuned
+from ...ssp.declaration import wire
+from ...ssp.values import Value
+from ...ssp.wiring import suggestion
+from ...ssp.writer import values_set
+from ...study.certificate_page import loop_lines, work_lines
+from ...study.looped import loop_of
+from ...study.screen import say
+from ...systems import fleet
+from ...systems.loop import CONTROLLER
+from .. import options
+
+_POSITIVE = click.FloatRange(min=0, min_open=True)
+_KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
+
+
+@click.command()
+@click.argument("vehicle")
+@click.option("--controller", type=click.Choice(_KINDS), default=_KINDS[0], show_default=True, help="For this one.")
+@click.option("--delay", type=click.IntRange(0, 10), default=0, help="Samples by which the measurement is late.")
+@click.option(
+    "--filter-time-constant", type=_POSITIVE, help="T_f of the lead filter in s; the controller's if left out."
+)
+@click.option(
+    "--thruster-lag",
+    type=click.FloatRange(min=0),
+    help="Time constant of the thrusters in s; the vehicle's if left out.",
+)
+@click.option("--sample-time", type=_POSITIVE, help="Of arm, controller and coupling in s; 0.03 if left out.")
+@click.option("--damping", type=_POSITIVE, default=Rule.damping, show_default=True, help="Damping ratio.")
+@click.option("--bandwidth", type=_POSITIVE, default=Rule.bandwidth, show_default=True, help="omega times the lag.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False, path_type=Path),
+    callback=options.suffix(".ssv"),
+    help="Write the gains, for --parameters of `rov-cosim run`.",
+)
+@click.option(
+    "--plot",
+    type=click.Path(dir_okay=False, path_type=Path),
+    callback=options.suffix(".png", ".svg"),
+    help="Draw the margins.",
+)
+def command(
+    vehicle: str,
+    controller: str,
+    delay: int,
+    filter_time_constant: float | None,
+    thruster_lag: float | None,
+    sample_time: float | None,
+    damping: float,
+    bandwidth: float,
+    output: Path | None,
+    plot: Path | None,
+) -> None:
+    """Tune a controller for VEHICLE, a name of the fleet or a file of the same parameters, VEHICLE.ssv."""
+    if vehicle not in fleet.VEHICLES and not vehicle.endswith(".ssv"):
+        known = suggestion(vehicle, fleet.VEHICLES) or f" Known: {', '.join(fleet.VEHICLES)}; or name an .ssv."
+        raise click.UsageError(f"there is no vehicle {vehicle}.{known}")
+    plant = fleet.parameters_of(vehicle)
+    component, system = fleet.CONTROLLERS[controller], fleet.holding(vehicle, controller)
+    own = {**dict(zip(component.p.names, component.p.start.tolist(), strict=True)), **system.parameters[CONTROLLER]}
+    lag = float(plant["thruster_time_constant"]) if thruster_lag is None else thruster_lag
+    timing = Timing(
+        sample_time or float(own["sample_time"]), filter_time_constant or float(own["filter_time_constant"]), lag, delay
+    )
+    rule = Rule(bandwidth, damping)
+    gains = tuned(component, fleet.inertia(plant), fleet.shared(component, plant), timing, rule)
+    of_loop: dict[str, Any] = {
+        f"{CONTROLLER}.filter_time_constant": filter_time_constant,
+        "rov_plant.thruster_time_constant": thruster_lag,
+        "passive_arm.delay": delay or None,
+        **dict.fromkeys((f"{CONTROLLER}.sample_time", "passive_arm.sample_time", "scenario.sample_time"), sample_time),
+    }
+    values: dict[str, Value] = {f"{CONTROLLER}.{name}": gain for name, gain in gains.items()}
+    values |= {name: value for name, value in of_loop.items() if value is not None}
+
+    system = replace(system, step_size=timing.sample_time)
+    wiring = wire(system, progress=say).with_values(values)
+    certificate = Certificate(system.name, loop_of(wiring))
+    click.echo(f"{system.name}: lag {1e3 * timing.lag:.0f} ms, so omega {rule.omega(timing):.3g} rad/s\n")
+    for name, value in values.items():
+        click.echo(f"{name} = {value:g}")
+    click.echo()
+    click.echo("\n".join([*loop_lines(certificate), *work_lines(certificate)]))
+    if plot:
+        from ...study.margin_plot import draw_margins  # loads matplotlib, which takes a while
+
+        draw_margins(certificate, plot)
+        click.echo(plot)
+    if output:
+        text = f"Gains of {controller} for {Path(vehicle).stem}, omega {rule.omega(timing):.3g} rad/s"
+        output.write_bytes(values_set(wiring, values, Path(vehicle).stem, text))
+        name = fleet.named(vehicle, controller)
+        step = f" --step {sample_time:g}" if sample_time else ""
+        click.echo(f"\n{output}: rov-cosim run {name} --parameters {output}{step}")
+    if not certificate.level.is_stable:
+        raise TuningError("The loop is unstable with these gains: see the mode above; --bandwidth takes less.")

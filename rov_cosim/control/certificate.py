@@ -1,0 +1,173 @@
+"""What can be said of a loop before it is run: everything that `rov-cosim certify` shows, as numbers."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..components.vehicle import mass_matrix
+from . import theorem
+from .effective import Gains, gains
+from .loop import Loop, Matrix
+from .lyapunov import Descent, Worst
+from .margins import UNSTABLE, Linear, Margin, linear
+from .theorem import AXES, Case, Condition
+from .tuning import LOOP_STEPS, estimate_map
+
+LEARNED = 1e-6
+"""Singular value of W, over the largest, below which a direction is not learned."""
+
+_HALVINGS = 4
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A loop and what follows from it; each property is computed when it is asked for.
+
+    Parameters
+    ----------
+    name : of the system.
+    loop : the loop, with its noise and limits.
+    """
+
+    name: str
+    loop: Loop
+
+    @cached_property
+    def equilibrium(self) -> Matrix:
+        """The state in which the loop stands still."""
+        return self.loop.equilibrium()
+
+    @cached_property
+    def linear(self) -> Linear:
+        """The loop around its equilibrium."""
+        return linear(self.loop, self.equilibrium)
+
+    @cached_property
+    def level(self) -> Linear:
+        """The same with roll and pitch locked if the controller leaves them alone: the paper's four axes."""
+        return linear(self._level_loop, self._level_rest) if self.tilts else self.linear
+
+    @property
+    def tilts(self) -> bool:
+        """Tell whether the vehicle is free in roll and pitch and the controller leaves them alone."""
+        free = not self.loop.p(self.loop.plant).lock_roll_pitch
+        return bool(free and not self.loop.p(self.loop.controller).control_roll_pitch)
+
+    @property
+    def _level_loop(self) -> Loop:
+        return self.loop.with_keys({"lock_roll_pitch": 1.0}) if self.tilts else self.loop
+
+    @cached_property
+    def _level_rest(self) -> Matrix:
+        return self._level_loop.equilibrium() if self.tilts else self.equilibrium
+
+    @property
+    def pose(self) -> Matrix:
+        """Pose at rest, shape (6,)."""
+        at = self.loop.places()[self.loop.plant, "x"].start + self.loop.ports(self.loop.plant, "x", "eta")
+        pose: Matrix = self.equilibrium[at]
+        return pose
+
+    @property
+    def thrust(self) -> float:
+        """The largest thruster force at rest in N."""
+        at = self.loop.places()[self.loop.controller, "y"].start
+        return float(np.abs(self.equilibrium[at + self.loop.ports(self.loop.controller, "y", "u")]).max())
+
+    @property
+    def thrust_max(self) -> float:
+        """The limit of a thruster in N, the lesser of what the vehicle has and the controller knows; inf without."""
+        limits = [float(self.loop.p(name).thrust_max) for name in (self.loop.plant, self.loop.controller)]
+        return min((limit for limit in limits if limit > 0), default=np.inf)
+
+    @cached_property
+    def gains(self) -> Gains:
+        """What the controller does near the set-point."""
+        return gains(self.loop)
+
+    @property
+    def inertia(self) -> Matrix:
+        """M about the body origin, shape (6, 6)."""
+        p = self.loop.p(self.loop.plant)
+        return np.asarray(mass_matrix(p.mass, p.I, p.r_G, p.added_mass))
+
+    @cached_property
+    def margins(self) -> dict[int, Margin]:
+        """The margins by controlled axis, level; none of an unstable loop."""
+        return {axis: self.level.margin(axis) for axis in self.level.controlled} if self.level.is_stable else {}
+
+    @cached_property
+    def common_margin(self) -> Margin | None:
+        """The margins of all axes at once, level; None for an unstable loop."""
+        return self.level.common_margin() if self.level.is_stable else None
+
+    @cached_property
+    def largest_sample_time(self) -> float:
+        """The sample time in s of arm, controller and coupling up to which the loop is stable, to a few percent."""
+        if self.common_margin is None:
+            return np.nan
+        stable, unstable = self.loop.step, self.loop.step + 2 * self.common_margin.delay / (LOOP_STEPS + 0.5)
+        if not np.isfinite(unstable) or self._is_stable_every(unstable):
+            return float(unstable)
+        for _ in range(_HALVINGS):
+            middle = (stable + unstable) / 2
+            stable, unstable = (middle, unstable) if self._is_stable_every(middle) else (stable, middle)
+        return float(stable)
+
+    def _is_stable_every(self, period: float) -> bool:
+        return linear(self._level_loop.sampled_every(period), self._level_rest).radius < 1 + UNSTABLE
+
+    @cached_property
+    def thrust_noise(self) -> float:
+        """Standard deviation in N of the noisiest thruster's command, by the arm's noise; inf for an unstable loop."""
+        if not self.level.is_stable:
+            return np.inf
+        arm = next(e for e, c in self.loop.components.items() if "noise_std" in {s.key for s in c.parameters})
+        p = self.loop.p(arm)
+        deviation = np.array([p.noise_std] * 3 + [p.noise_std_angle] * 3)
+        return float(self.level.thrust_noise(deviation, float(p.noise_correlation_time)).max())
+
+    @property
+    def is_adaptive(self) -> bool:
+        """Tell whether the controller is one that the theorem is about, and adapts."""
+        keys = {signal.key for signal in self.loop.law.parameters}
+        return {"epsilon_0", "alpha", "Gamma"} <= keys and bool(self.gains.adapted.any())
+
+    @cached_property
+    def learned(self) -> tuple[int, Matrix, Matrix]:
+        """Number of estimated forces, singular values of W by falling size, and their directions of the wrench, (6, n).
+
+        Of the controlled axes; a length of 1 m makes forces of moments.
+        """
+        law = self.loop.law
+        p = dict(zip(law.p.names, self.loop.parameters[self.loop.controller].tolist(), strict=True))
+        W, controlled = estimate_map(law, p)
+        rows = np.flatnonzero(controlled)
+        directions, sizes, _ = np.linalg.svd(W[rows])
+        spread = np.zeros((6, len(rows)))
+        spread[rows] = directions
+        return W.shape[1], np.r_[sizes, np.zeros(len(rows) - len(sizes))], spread
+
+    @cached_property
+    def case(self) -> Case:
+        """What the theorem takes."""
+        p, p_law, axes = self.loop.p(self.loop.plant), self.loop.p(self.loop.controller), list(AXES)
+        return Case(
+            self.inertia[np.ix_(axes, axes)],
+            np.diag(self.gains.K_P)[axes],
+            np.diag(self.gains.K_D)[axes],
+            float(p_law.epsilon_0),
+            float(p_law.alpha),
+            np.asarray(p.D_linear)[axes],
+            np.asarray(p.D_quadratic)[axes],
+        )
+
+    @cached_property
+    def conditions(self) -> tuple[list[Condition], list[Condition]]:
+        """The theorem's conditions, without and with the vehicle's own damping."""
+        return theorem.conditions(self.case.undamped), theorem.conditions(self.case)
+
+    def descent(self, states: int) -> Worst:
+        """Return the worst V' among about so many states."""
+        return Descent(self.loop).search(states)
