@@ -29,7 +29,6 @@ class Measured(NamedTuple):
     e_dot_mean : mean rate of the error since the last sample by the difference of the poses, shape (6,): unlike e_dot
         it is not late, and its sum over the samples is the way.
     eta_half_way : pose half-way to the last measurement, shape (6,), at which e_dot_mean is meant.
-    lost : whether the controller is enabled and has neither a measurement nor a bridged gap.
     state : the values of `STATES` after the sample.
     """
 
@@ -39,7 +38,6 @@ class Measured(NamedTuple):
     e_dot: Any
     e_dot_mean: Any
     eta_half_way: Any
-    lost: Any
     state: Mapping[str, Any]
 
     @property
@@ -80,7 +78,6 @@ def measured(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> Meas
         e_dot=np.where(active, dof * (velocity - u.eta_dot_d), 0.0),
         e_dot_mean=np.where(np.logical_or(follows, bridged), dof * (way / p.sample_time - u.eta_dot_d), 0.0),
         eta_half_way=eta - way / 2,
-        lost=np.logical_and(is_enabled(u), np.logical_not(active)),
         state={
             "eta": eta,
             "filter_difference": d,

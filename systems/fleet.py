@@ -46,7 +46,6 @@ EXTENSIONS: Mapping[str, Value] = {
     "bridging": 0.3,
     "projection": True,
     "adapt_by_pose": True,
-    "memory": 10.0,
     "alpha": 0.5,
 }
 """What the controllers have beyond the paper, as far as a component has it; the gains by the tuning rule go with it.
