@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .frames import is_regular, jacobian, pose_difference
+from .frames import array, is_regular, jacobian, pose_difference
 from .interface import POSE, SAMPLE_TIME, Signal, switch, vector
 from .vehicle import degrees_of_freedom
 
@@ -98,7 +98,7 @@ def initial_state() -> Mapping[str, Any]:
 
 def _is_plausible(way: Any, time: Any, p: SimpleNamespace) -> Any:
     """Tell whether a motion can lead a way, shape (6,), in a time in s."""
-    largest = np.stack([p.plausible_speed] * 3 + [p.plausible_turn_rate] * 3)
+    largest = array([p.plausible_speed] * 3 + [p.plausible_turn_rate] * 3)
     return np.max(np.abs(way) - largest * time) <= 0
 
 
