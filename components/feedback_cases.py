@@ -83,7 +83,7 @@ def controller_cases(
                 "eta_d": 0.1 * np.sin(np.outer(t, np.arange(1, 7))),
                 "eta_dot_d": 0.1 * np.arange(1, 7) * np.cos(np.outer(t, np.arange(1, 7))),
             },
-            {name: 1 for name in ("projection",) if name in component.p.names} | {"bridging": 0.3},
+            {"bridging": 0.3, **({"projection": 1} if "projection" in component.p.names else {})},
         ),
         Case(
             "saturation",
