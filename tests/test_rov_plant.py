@@ -49,7 +49,9 @@ def test_a_buoyant_vehicle_rises_at_its_terminal_speed():
 
 
 def test_a_free_vehicle_drifts_with_the_current():
-    rig = Rig(PLANT, {**FREE, **COARSE, "eta_0.psi": 0.7, "D_linear.u": 120, "D_linear.v": 120, "D_linear.w": 120}).start()
+    rig = Rig(
+        PLANT, {**FREE, **COARSE, "eta_0.psi": 0.7, "D_linear.u": 120, "D_linear.v": 120, "D_linear.w": 120}
+    ).start()
     rig.put("current", [0.3, -0.2, 0.05])
     rig.run(20.0)
     R = Rotation.from_euler("ZYX", rig.get("eta")[:2:-1]).as_matrix()
