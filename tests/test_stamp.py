@@ -34,7 +34,10 @@ class Tree:
         shutil.copytree(ROOT / "rov_cosim", folder / "rov_cosim", ignore=shutil.ignore_patterns("__pycache__"))
 
     def build(self, export: str, meanwhile: str = "", packages: Path | None = None):
-        """Build the FMU of the scenario, the quickest to compile; return whether it was written, the heavy packages and our modules then loaded."""
+        """Build the FMU of the scenario, the quickest to compile.
+
+        Return whether it was written, and the heavy packages and our modules then loaded.
+        """
         path = os.pathsep.join(str(place) for place in (packages, self.root) if place)
         done = subprocess.run(
             [sys.executable, "-c", BUILD, self.root, export, meanwhile],
