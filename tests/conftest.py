@@ -16,6 +16,15 @@ from rov_cosim.study.looped import loop_of
 from rov_cosim.study.matrix import wired
 from rov_cosim.systems.catalogue import SYSTEMS
 
+LONGEST = ("handover_check", "stamp", "native", "handover", "runs", "handover_importers", "ssp_writer", "quality")
+"""The files that take longest; the second builds nothing that the first builds at the same time."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with what takes longest, so that at the end no worker has a long file alone."""
+    places = {f"test_{name}.py": place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: places.get(item.path.name, len(places)))
+
 
 class Archives(dict[str, Path]):
     """SSP archives by system name, each built when it is asked for."""
