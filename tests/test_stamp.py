@@ -92,7 +92,7 @@ def test_a_current_fmu_costs_no_tracing_and_nothing_is_written(built, export):
     [
         ("native", "rov_cosim/components/scenario/equations.py", "p.step +", "2 * p.step +"),
         ("native", "rov_cosim/components/scenario/README.md", "#", "# Another:"),
-        ("native", "rov_cosim/exporters/c/slave.c", "fmi2", "/* */ fmi2"),
+        ("native", "rov_cosim/exporters/c/slave.c", "#include <math.h>", "/* */\n#include <math.h>"),
         ("native", "rov_cosim/exporters/c_tables.py", "/* Sizes of", "/* The sizes of"),
         ("pythonfmu", "rov_cosim/components/scenario/equations.py", "p.step +", "2 * p.step +"),
         ("pythonfmu", "rov_cosim/components/noise.py", "from typ", "# Why.\nfrom typ"),

@@ -86,6 +86,24 @@ const char *const log_categories[] = {{
 """
 
 
+def arrays(component: Component) -> str:
+    """Return arrays.c: the arrays of FMI 3.0, each where its first element is among the variables."""
+    declared = component.inputs + component.outputs + component.parameters
+    rows = [
+        f"{{{text(signal.name)}, {signal.size}}}" if i == 0 else "{0, 0}"
+        for signal in declared
+        for i in range(signal.size)
+    ]
+    return f"""\
+/* The arrays of {component.name}. */
+#include "fmi3_arrays.h"
+
+const Array arrays[N_VARIABLES] = {{
+{lines(rows)}
+}};
+"""
+
+
 def _variables(component: Component) -> Iterable[str]:
     for signals, is_parameter in ((component.inputs + component.outputs, False), (component.parameters, True)):
         for signal in signals:

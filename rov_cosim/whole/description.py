@@ -2,7 +2,7 @@
 
 from fmpy.model_description import Category, CoSimulation, DefaultExperiment, ModelDescription, Unknown
 
-from ..exporters.model_description import GENERATED, GENERATION_TOOL, LOG_CATEGORIES, identified
+from ..exporters.model_description import GENERATED, GENERATION_TOOL, LOG_CATEGORIES, identified, to_xml
 from ..ssp.units import defined_units
 from .layout import Layout
 
@@ -47,5 +47,6 @@ def describe(layout: Layout, identifier: str, can_save: bool) -> ModelDescriptio
             modelVariables=variables,
             outputs=[Unknown(variable=variable, dependencies=[], dependenciesKind=[]) for variable in outputs],
             initialUnknowns=[Unknown(variable=variable) for variable in outputs],
-        )
+        ),
+        to_xml,
     )
