@@ -22,6 +22,7 @@ from struct import pack
 from tempfile import TemporaryDirectory
 
 from raw_fmi import BEGIN, END, INIT, RUN, SETUP, Bench
+from raw_fmi3 import Bench3
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "rov_cosim" / "exporters" / "FAULTS.md"
@@ -145,12 +146,15 @@ class Fault:
     python: str = ""  # what the page tells of the pythonfmu export in place of an answer
     system: str = ""  # a part of the message of a system, where it is another
     fails: bool = False  # whether a system has failed by it, for some elements took the step
+    three: Callable[[Bench3], str] | None = None  # how it is committed by FMI 3.0, where that is otherwise
+    only_two: bool = False  # whether FMI 3.0 has no such function
 
 
 call, put, get = (partial(methodcaller, name) for name in ("call", "put", "get"))
 step, make = (partial(methodcaller, name) for name in ("step", "instantiate"))
 EXIT = call("ExitInitializationMode")
 PAIR, FIRST, SIZE, NOWHERE = (c_double * 2)(), byref(c_uint32(0)), byref(c_size_t()), {"component": None}
+EIGHT = (c_double * 8)()
 LIGHT = (("I.xx", 0.01), ("I.yy", 0.01), ("added_mass.p", 0.0), ("r_G.z", 0.3))
 FEW = tuple((f"thruster[{i}].enabled", 0) for i in range(5, 9))
 FREE = (("lock_roll_pitch", 0), ("r_B.z", 0.0), ("F_A.z", 60.0))
@@ -180,12 +184,13 @@ FAULTS = [
     Fault("Real set as Integer", put({"u[1]": 1}, "Integer"), "u[1] (value reference"),
     Fault("Real read as String", get("u[1]", "String"), "u[1] (value reference"),
     Fault("second derivative of an input", call("SetRealInputDerivatives", FIRST, 1, byref(c_int(2)), PAIR),
-          "of order 2", python="-", system="no derivatives"),
+          "of order 2", python="-", system="no derivatives", only_two=True),
     Fault("derivative of an input set to NaN",
           call("SetRealInputDerivatives", FIRST, 1, byref(c_int(1)), byref(c_double(nan))), "u[1] is nan", python="-",
-          system="no derivatives"),
+          system="no derivatives", only_two=True),
     Fault("directional derivative of an input", call("GetDirectionalDerivative", FIRST, 1, FIRST, 1, PAIR, PAIR),
-          "is no output", python="-"),
+          "is no output", python="-",
+          three=call("GetDirectionalDerivative", FIRST, 1, FIRST, 1, EIGHT, 8, EIGHT, 8)),
     Fault("step of 0 s", step(0.0), "step size is 0"),
     Fault("step of -0.03 s", step(-0.03), "step size is -0.03"),
     Fault("step of NaN", step(nan), "step size is nan"),
@@ -202,22 +207,26 @@ FAULTS = [
     Fault("step during the initialization", step(), "only while running", INIT),
     Fault("fmi2ExitInitializationMode before enter", EXIT, "only while initializing", BEGIN),
     Fault("fmi2EnterInitializationMode twice", call("EnterInitializationMode"), "only while instantiated", INIT),
-    Fault("fmi2SetupExperiment twice", lambda one: one.must(*SETUP) or one.call(*SETUP), ACCEPTED, BEGIN),
-    Fault("fmi2SetupExperiment during the run", call(*SETUP), "only while instantiated"),
-    Fault("start time of NaN", call("SetupExperiment", 0, 0.0, nan, 0, 0.0), "from nan s", BEGIN),
+    Fault("fmi2SetupExperiment twice", lambda one: one.must(*SETUP) or one.call(*SETUP), ACCEPTED, BEGIN,
+          only_two=True),
+    Fault("fmi2SetupExperiment during the run", call(*SETUP), "only while instantiated", only_two=True),
+    Fault("start time of NaN", call("SetupExperiment", 0, 0.0, nan, 0, 0.0), "from nan s", BEGIN,
+          three=call("EnterInitializationMode", 0, 0.0, nan, 0, 0.0)),
     Fault("fmi2Terminate before the initialization", call("Terminate"), "only while running", BEGIN),
     Fault("step after fmi2Terminate", step(), "is terminated", END),
     Fault("input set after fmi2Terminate", put({"u[1]": 1.0}), "is terminated", END),
-    Fault("fmi2CancelStep without a step to cancel", call("CancelStep"), "no step to cancel"),
-    Fault("fmi2GetStatus without a pending step", call("GetStatus", 0, byref(c_int())), "no such status"),
+    Fault("fmi2CancelStep without a step to cancel", call("CancelStep"), "no step to cancel", only_two=True),
+    Fault("fmi2GetStatus without a pending step", call("GetStatus", 0, byref(c_int())), "no such status",
+          only_two=True),
     Fault("wrong GUID", make(guid=b"{wrong}"), "{wrong}"),
     Fault("GUID of NULL", make(guid=None), "GUID is NULL"),
     Fault("instantiated for model exchange", make(type=0), "fmi2CoSimulation"),
     Fault("empty instance name", make(name=b""), "name of the instance"),
     Fault("instance name of NULL", make(name=None), "name of the instance"),
-    Fault("callbacks of NULL", make(callbacks=None), ""),
+    Fault("callbacks of NULL", make(callbacks=None), "", only_two=True),
     Fault("input set to NaN without a logger",
-          lambda one: one.twin(callbacks=(c_void_p * 5)()).put({"u[1]": nan}), ""),
+          lambda one: one.twin(callbacks=(c_void_p * 5)()).put({"u[1]": nan}), "",
+          three=lambda one: one.twin(callbacks=None).put({"u[1]": nan})),
     Fault("resource location of NULL", make(resources=None), ACCEPTED),
     Fault("unknown log category", call("SetDebugLogging", 1, 1, byref(c_char_p(b"logAl"))), "no log category logAl"),
     Fault("log category of NULL", call("SetDebugLogging", 1, 1, byref(c_char_p())), "no log category NULL"),
@@ -260,23 +269,66 @@ FAULTS = [
     Fault("unpacked into a folder with #", step(), ACCEPTED, folder="a#b"),
     Fault("unpacked into a folder with %", step(), ACCEPTED, folder="a%20b"),
     Fault("unpacked into a folder with non-ASCII characters", step(), ACCEPTED, folder="Fähre 海"),
-    Fault("host in C, without libpython", in_c_host, ACCEPTED),
+    Fault("host in C, without libpython", in_c_host, ACCEPTED, only_two=True),
 ]
+
+OF_THREE = [
+    Fault("7 values for the 8 elements of u", call("SetFloat64", FIRST, 1, EIGHT, 7), "7 values; expected 8"),
+    Fault("room for 9 values of the 8 elements of u", call("GetFloat64", FIRST, 1, (c_double * 9)(), 9),
+          "9 values; expected 8"),
+    Fault("value reference of an element within an array", get(1, "Real"), "no variable with value reference 1"),
+    Fault("time set", lambda one: one.call("SetFloat64", byref(c_uint32(one.time_reference)), 1, PAIR, 1),
+          "independent variable"),
+    Fault("Float64 read as Float32", call("GetFloat32", FIRST, 1, PAIR, 1), "u (value reference 0) is of type Float64"),
+    Fault("Float64 read as Binary", call("GetBinary", FIRST, 1, PAIR, PAIR, 1), "u (value reference 0)"),
+    Fault("clock read", call("GetClock", FIRST, 1, PAIR), "no clocks"),
+    Fault("instantiated for Scheduled Execution", make(type="ScheduledExecution"), "expected Co-Simulation"),
+    Fault("instantiated with Event Mode", make(event_mode=1), "hasEventMode is false"),
+    Fault("instantiated with an intermediate variable", make(intermediate=1), "providesIntermediateUpdate is false"),
+    Fault("fmi3EnterEventMode", call("EnterEventMode"), "no Event Mode"),
+    Fault("fmi3EnterStepMode", call("EnterStepMode"), "no Event Mode"),
+    Fault("fmi3EnterConfigurationMode", call("EnterConfigurationMode"), "no structural parameters", BEGIN),
+    Fault("fmi3GetContinuousStates", call("GetContinuousStates", PAIR, 1), "not for Model Exchange"),
+    Fault("fmi3GetOutputDerivatives", call("GetOutputDerivatives", FIRST, 1, FIRST, PAIR, 1),
+          "maxOutputDerivativeOrder"),
+    Fault("fmi3GetNumberOfVariableDependencies", call("GetNumberOfVariableDependencies", 0, SIZE),
+          "providesPerElementDependencies"),
+    Fault("fmi3DoStep: lastSuccessfulTime is NULL",
+          lambda one: one.call("DoStep", 0.0, 0.03, 1, *[byref(c_int())] * 3, None), "lastSuccessfulTime is NULL"),
+    Fault("adjoint derivative of an input", call("GetAdjointDerivative", FIRST, 1, FIRST, 1, EIGHT, 8, EIGHT, 8),
+          "is no output"),
+    Fault("directional derivative with too short a seed",
+          lambda one: one.call("GetDirectionalDerivative", one.outputs, 1, FIRST, 1, EIGHT, 7, EIGHT, 6),
+          "7 values; expected 8"),
+]
+"""Those that FMI 3.0 alone has."""
 # fmt: on
 
 
 SYSTEM = "station_keeping"
+FMI3 = "fmi3"
+WORDS = {"GUID": "instantiation token", "fmi2CoSimulation": "Co-Simulation", "vr is": "valueReferences is"}
+WORDS |= {"value is NULL": "values is NULL", "u[1] (value": "u (value", "fmi2": "fmi3"}
 ELEMENTS = {"adaptive_pd": "controller"}
 INPUTS = {"u[1]": "rov_plant.current.x", "u[2]": "rov_plant.current.y"}  # those of a vehicle have sources in a system
 
 
 def expected(fault: Fault, fmu: str) -> str:
     """Return a part of the message that an FMU answers to a fault."""
+    if fmu == FMI3:
+        return in_three(fault.expected)
     if fmu != SYSTEM:
         return fault.expected
     text = fault.system or fault.expected
     for name, input_ in INPUTS.items():
         text = text.replace(name, input_)
+    return text
+
+
+def in_three(text: str) -> str:
+    """Return a part of a message of FMI 2.0 as FMI 3.0 has it."""
+    for two, three in WORDS.items():
+        text = text.replace(two, three)
     return text
 
 
@@ -295,14 +347,15 @@ def has_failed(one: Bench) -> bool:
 def commit(fmu: Path, fault: Fault) -> None:
     """Print a line of JSON with the answer of the call, and one with what is wrong afterwards, if anything is."""
     with TemporaryDirectory() as folder:
-        one = Bench(fmu, Path(folder) / fault.folder)
+        three = fmu.parent.name == FMI3
+        one = (Bench3 if three else Bench)(fmu, Path(folder) / fault.folder)
         if fmu.stem == SYSTEM:
             one.alias(names_in_system(one, fault.component))
         for name, value in fault.given:
             assert one.put({name: value}) == "ok"
         one.lead(BEGIN, fault.stage)
         one.before = one.save()
-        status = fault.act(one)
+        status = ((three and fault.three) or fault.act)(one)
         text = (
             " ".join(" ".join(one.messages).split()).replace(f"{one.folder}/", "").replace(one.guid.decode(), "{...}")
         )
@@ -343,19 +396,20 @@ def answer(fmu: Path, fault: Fault) -> str:
 
 
 def answers(fmus: dict[str, Path], export: str) -> dict[str, str]:
-    """Return what came of each fault, by its name; the export may be "system", of which there is one."""
+    """Return what came of each fault, by its name; the export may be "system", of which there is one, or `FMI3`."""
     with ThreadPoolExecutor(2) as pool:
         known = {fault.name: fault.python for fault in FAULTS if fault.python and export == "pythonfmu"}
+        known |= {fault.name: "-" for fault in FAULTS if fault.only_two and export == FMI3}
         jobs = {
             f.name: pool.submit(answer, fmus[SYSTEM if export == "system" else f.component], f)
-            for f in FAULTS
+            for f in (*FAULTS, *(OF_THREE if export == FMI3 else ()))
             if f.name not in known
         }
         return known | {name: job.result() for name, job in jobs.items()}
 
 
-def page(native: dict[str, str], python: dict[str, str], system: dict[str, str]) -> str:
-    """Return the page for the answers of both exports and of a system."""
+def page(native: dict[str, str], python: dict[str, str], system: dict[str, str], three: dict[str, str]) -> str:
+    """Return the page for the answers of both exports, of a system, and of FMI 3.0."""
     text = INTRODUCTION
     for title, harmless in (("Must be refused", False), ("Must be accepted", True)):
         text += f"\n## {title}\n\n| fault | native | pythonfmu | system |\n|---|---|---|---|\n"
@@ -363,6 +417,15 @@ def page(native: dict[str, str], python: dict[str, str], system: dict[str, str])
             if (fault.expected == ACCEPTED) == harmless:
                 cells = (fault.name, *(answers[fault.name] for answers in (native, python, system)))
                 text += f"| {' | '.join(cells)} |\n".replace("*", r"\*")
+    return text + page_of_three(native, three)
+
+
+def page_of_three(native: dict[str, str], three: dict[str, str]) -> str:
+    """Return the part of the page for FMI 3.0: what it answers otherwise, and to faults that it alone has."""
+    text = INTRODUCTION_OF_THREE
+    for name, answer_ in three.items():
+        if answer_ != native.get(name):
+            text += f"| {name} | {answer_} |\n".replace("*", r"\*")
     return text
 
 
@@ -377,28 +440,38 @@ of the process by a signal, *hang* no answer in a minute, *-* what an export doe
 `python tests/faults.py --table` writes this page.
 """
 
+INTRODUCTION_OF_THREE = """
+## In FMI 3.0
+
+The native FMUs of FMI 3.0 answer each of these faults as those of 2.0 do, but for the following.
+
+| fault | FMI 3.0 |
+|---|---|
+"""
+
 
 def write_page() -> None:
     """Commit all faults on current FMUs and write the page."""
-    from rov_cosim.exporters.build import EXPORTS, build_fmus, fmu_path
+    from rov_cosim.exporters.build import EXPORTS, FMI3, build_fmus, fmu_path
     from rov_cosim.study import archives
     from rov_cosim.systems.catalogue import SYSTEMS
 
     fmus = {export: {path.stem: path for path in build_fmus(ROOT, export)} for export in EXPORTS}
     archives.build(SYSTEMS[SYSTEM])
     fmus["system"] = {SYSTEM: fmu_path(ROOT, SYSTEM)}
+    fmus[FMI3] = {path.stem: path for path in build_fmus(ROOT, FMI3)}
     PAGE.write_text(page(*(answers(those, export) for export, those in fmus.items())), encoding="utf-8")
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("fmu", type=Path, nargs="?")
-    parser.add_argument("fault", nargs="?", choices=[fault.name for fault in FAULTS], metavar="fault")
+    parser.add_argument("fault", nargs="?", choices=[fault.name for fault in (*FAULTS, *OF_THREE)], metavar="fault")
     parser.add_argument("--table", action="store_true", help="write rov_cosim/exporters/FAULTS.md")
     given = parser.parse_args()
     if given.table:
         write_page()
     elif given.fault:
-        commit(given.fmu, next(fault for fault in FAULTS if fault.name == given.fault))
+        commit(given.fmu, next(fault for fault in (*FAULTS, *OF_THREE) if fault.name == given.fault))
     else:
         parser.error("expected FMU and FAULT, or --table")

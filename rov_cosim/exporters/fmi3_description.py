@@ -11,7 +11,7 @@ from fmpy.model_description import Dimension, ModelDescription, ModelVariable, U
 from lxml import etree
 from numpy.typing import NDArray
 
-from ..components.interface import TERMINALS, Component, Sampled, Signal
+from ..components.interface import TAKEN_FOR, TERMINALS, Component, Sampled, Signal
 from .model_description import about, display_unit, identified, kind, literal
 
 VERSION = "3.0"
@@ -84,7 +84,7 @@ def terminals(component: Component) -> bytes:
     picture = etree.SubElement(root, "GraphicalRepresentation")
     etree.SubElement(picture, "CoordinateSystem", **_EXTENT, suggestedScalingFactorTo_mm="0.1")
     etree.SubElement(picture, "Icon", **_EXTENT)
-    ports = {signal.key: signal.name for signal in component.inputs + component.outputs}
+    ports = {TAKEN_FOR.get(signal.key, signal.key): signal.name for signal in component.inputs + component.outputs}
     listed = etree.SubElement(root, "Terminals")
     for name, keys in TERMINALS.items():
         if ports.keys() >= set(keys):
