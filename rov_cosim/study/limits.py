@@ -24,6 +24,8 @@ UNITS = {
 UNITS |= {
     name: "rad" if name.endswith("yaw") else "m" for base in ("mean", "rms", "worst") for name in (base, f"{base}_yaw")
 }
+OF_POSE = ("verdict", *(name for name, unit in UNITS.items() if unit in ("m", "rad", "s")))
+"""The scores that tell where the vehicle is, and not what the controller does."""
 _LOSS = "beyond it the vehicle is lost"
 _SAYS_NOTHING = {
     **{n: (LOST["psi" if unit == "rad" else "x"], _LOSS) for n, unit in UNITS.items() if unit in ("m", "rad")},
@@ -42,12 +44,18 @@ class Broken(NamedTuple):
 
     def __str__(self) -> str:
         if isinstance(self.limit, str):
-            return f"verdict {self.score}; at worst {self.limit}"
+            return f"verdict {self.score}{self._size()}; at worst {self.limit}"
         value = getattr(self.score, self.name)
         if value is None:
             told = "not before the hold" if self.name == "settling" else "not told"
             return f"{self.name} {told}; at most {shown(self.name, self.limit)}"
         return f"{self.name} {shown(self.name, value)}; at most {shown(self.name, self.limit)}"
+
+    def _size(self) -> str:
+        """Return what makes the verdict, of a vehicle that is not lost."""
+        size = {"offset": "mean", "oscillates": "rms"}.get(self.score.verdict, "")
+        values = {name: getattr(self.score, name) for name in (size, f"{size}_yaw")} if size else {}
+        return f" with {', '.join(f'{name} {shown(name, value)}' for name, value in values.items())}" if values else ""
 
 
 def broken(score: Score, limits: Limits) -> list[Broken]:
