@@ -44,7 +44,7 @@ class Broken(NamedTuple):
 
     def __str__(self) -> str:
         if isinstance(self.limit, str):
-            return f"verdict {self.score}{self._size()}; at worst {self.limit}"
+            return f"verdict {self.score}".rstrip(".") + f"{self._size()}; at worst {self.limit}"
         value = getattr(self.score, self.name)
         if value is None:
             told = "not before the hold" if self.name == "settling" else "not told"

@@ -73,15 +73,15 @@ class _File(Reader):
         systems = self.table("systems")
         if not systems:
             self.problem("Nothing runs: write [systems.NAME] for each system, for example [systems.station_keeping].")
-        columns, run = [], set(troubles)
+        columns: list[Column] = []
         for called, table in systems.items():
             if not isinstance(table, dict):
                 self.problem(f"systems.{called}: expected a table, [systems.{called}].")
                 continue
             column = _Table(table, self.folder, self.problems, f"[systems.{called}] ").column(called, troubles, limits)
             columns += [column] if column else []
-            run |= set(table.get("troubles", ()))
-        self._checked(limits, run)
+        whole = len(columns) == len(systems)
+        self._checked(limits, {trouble for column in columns for trouble in column.limits} if whole else {*TROUBLES})
         timeout = self.number("timeout", TIMEOUT, lambda v: v > 0 and isfinite(v), "of seconds above 0", float)
         settings = self.settings(isolate=True, timeout=timeout)
         return Gate(name, tuple(columns), self.export(), settings)
@@ -115,7 +115,7 @@ class _Table(_File):
             if trouble not in run:
                 self.problem(f"without: {trouble} is none of the troubles: leave it out.")
         self._checked(limits, {*run})
-        if set(run) <= set(left_out):
+        if run and set(run) <= set(left_out):
             self.problem("without: all troubles are in it, so that nothing runs.")
         system, changes = self.system(name=name), self.changes()
         found = {trouble: _of(trouble, _DEFAULT, general, limits) for trouble in run}

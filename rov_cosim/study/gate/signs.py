@@ -5,7 +5,6 @@ What is pushed has to move along, the measurement has to follow it, and the cont
 """
 
 from dataclasses import replace
-from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -37,12 +36,11 @@ def faults(wiring: Wiring, settings: Settings) -> tuple[str, ...]:
     """
     try:
         probe = _Probe(wiring, settings)
-        found = sorted((fault, axis) for axis in AXES if (fault := probe.fault(axis)))
+        found = {axis: probe.fault(axis) for axis in AXES}
     except WiringError:  # one of them a DoesNotApplyError
         return ()
-    return tuple(
-        fault.format(", ".join(axis for _, axis in axes)) for fault, axes in groupby(found, key=lambda one: one[0])
-    )
+    kinds = filter(None, dict.fromkeys(found.values()))
+    return tuple(kind.format(", ".join(axis for axis in AXES if found[axis] == kind)) for kind in kinds)
 
 
 class _Answer(NamedTuple):
@@ -74,7 +72,7 @@ class _Probe:
     def fault(self, axis: str) -> str:
         """Return what answers a push along an axis the wrong way, with a place for the axis; nothing if all is well."""
         wrench = np.zeros(len(POSE))
-        wrench[POSE.index(axis)] = OFFSET * self._stiffness[AXES.index(axis)]
+        wrench[POSE.index(axis)] = OFFSET * abs(self._stiffness[AXES.index(axis)])
         forth, back = self._answer(wrench), self._answer(-wrench)
         if forth is None or back is None:
             return ""
@@ -83,10 +81,14 @@ class _Probe:
         if abs(way) < LEAST:
             return f"{self._vehicle} does not move when it is pushed along {{}}."
         if way < 0:
-            return f"{self._vehicle} goes the other way when it is pushed along {{}}: a sign is wrong from u to eta."
+            between = f"a sign is wrong between {self._controller}.u and {self._vehicle}, or in {self._vehicle}"
+            return f"{self._vehicle} goes the other way when it is pushed along {{}}: {between}."
         if told < LEAST:
             how = "the other way" if told < -LEAST else "no way"
-            return f"{self._arm} tells {how} when the vehicle moves along {{}}: a sign or a connection is wrong in it."
+            between = (
+                f"a sign or a connection is wrong between {self._arm} and {self._controller}.eta_m, or in {self._arm}"
+            )
+            return f"{self._controller} is told {how} when the vehicle moves along {{}}: {between}."
         if forth.commands is None or back.commands is None:
             return ""
         push = self._allocation @ (forth.commands - back.commands).mean(axis=1)
