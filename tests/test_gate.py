@@ -1,8 +1,10 @@
 """The gate: green where it should be, red with a line that says where, and nothing lost when something breaks."""
 
 import csv
-import json
+import os
 import re
+import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -10,18 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from click.shell_completion import ShellComplete
 from junitparser import Failure, JUnitXml, Skipped
 from pythonfmu.builder import FmuBuilder
 from test_campaign import written
 
-from rov_cosim.cli.main import main
-from rov_cosim.exporters.build import fmu_path, project_root
 from rov_cosim.study.gate import declared, signs
-from rov_cosim.study.gate.conduct import Cell, conduct
-from rov_cosim.study.scores import score
-from rov_cosim.study.runs import simulated
 from rov_cosim.study.settings import Settings
+from rov_cosim.study.written import CHANGES, SETTINGS
 from typed import call, ok
 
 GATES = Path(__file__).parent.parent / "systems" / "gates"
@@ -120,15 +117,7 @@ def shown(fmus, tmp_path_factory):
             "rov_plant goes the other way when it is pushed along x, y, z, psi: a sign is wrong between contro",
         ),
         ("missing, still_water", r".*none.fmu is not a readable FMU: it does not exist"),
-        (
-            "hanging, still_water",
-            r"verdict lost at 0.3 s: scenario: At 0.3 s: fmi2DoStep does not return within 1 s; a",
-        ),
         ("at_rest, still_water", "vacuous: it passes without the controller too"),
-        (
-            "loadless, still_water",
-            "vacuous: no load acts, in no trouble: without the controller the vehicle stays wher",
-        ),
     ],
 )
 def test_what_is_wrong_is_a_red_line_that_says_where(shown, system, reason):
@@ -150,6 +139,14 @@ def test_whatever_breaks_or_tests_nothing_is_a_red_line(fmus, tmp_path):
         ("crashing, still_water", r"verdict lost at 0.3 s: scenario: At 0.3 s: the process died of SIGSEGV in fmi2DoS"),
         ("no_scenario, current", "does not apply: There is no scenario.current_mean.x, which the trouble is about"),
         ("unmoved, wrong_r_A", "vacuous: the trouble changes nothing, to the last digit"),
+        (
+            "hanging, still_water",
+            r"verdict lost at 0.3 s: scenario: At 0.3 s: fmi2DoStep does not return within 1 s; a",
+        ),
+        (
+            "loadless, still_water",
+            "vacuous: no load acts, in no trouble: without the controller the vehicle stays wher",
+        ),
     ):
         assert re.search(rf"^red    {system}: {reason}", done.output, re.M), done.output
     suites = {suite.name: suite for suite in JUnitXml.fromfile(str(tmp_path / "gate+some.xml"))}
@@ -226,9 +223,55 @@ def test_the_first_in_the_loop_that_answers_wrongly_is_named(loop, monkeypatch, 
     assert bool(probe.fault("x")) == bool(reason)
 
 
+def test_the_files_of_the_guide_are_gates(tmp_path):
+    (text,) = re.findall(r"```toml\n(.*?)```", GUIDE, re.S)
+    written(tmp_path, SCENARIO, "map.toml")
+    gate = declared.read(written(tmp_path, text))
+    assert {column.name: len(column.limits) for column in gate.columns} == {"station_keeping": 2, "theirs": 3}
+    listed = re.findall(r"^\| (`.*?`) \|", GUIDE.partition("| key |")[2], re.M)
+    keys = {key for row in listed for key in re.findall(r"`(\w+)`", row)}
+    assert keys >= {*SETTINGS, *CHANGES, "export", "timeout", "troubles", "system", "without"}
+
+
+def steps(name):
+    """Return the steps of a workflow's job that run a command, by their name."""
+    workflow = yaml.safe_load((GATES / name).read_text(encoding="utf-8"))
+    assert workflow[True] == {"pull_request": None}  # YAML takes `on` for true
+    assert workflow["permissions"] == {"contents": "read"}
+    (job,) = workflow["jobs"].values()
+    assert job["runs-on"] == "ubuntu-latest"
+    assert all(("run" in step) != ("uses" in step) for step in job["steps"])
+    return {step.get("name", step["run"]): step["run"] for step in job["steps"] if "run" in step}
+
+
+@pytest.mark.parametrize(
+    ("team", "element", "fmu"), [("plant", "rov_plant", "plant"), ("controller", "controller", "controller")]
+)
+def test_a_teams_workflow_gates_its_fmu(fmus, tmp_path, monkeypatch, team, element, fmu):
+    commands = steps(f"{team}_team.yml")
+    assert commands["Build our " + team] == f"make {fmu}.fmu"
+    shutil.copy(fmus["adaptive_pd" if element == "controller" else element], tmp_path / f"{fmu}.fmu")
+    written(
+        tmp_path,
+        f'''\
+troubles = ["still_water"]
+[systems.ours]
+system = "station_keeping"
+swaps = {{ {element} = "{fmu}.fmu" }}
+''',
+        "gate.toml",
+    )
+    monkeypatch.chdir(tmp_path)
+    name, *arguments = shlex.split(commands["Gate"])
+    assert name == "rov-cosim"
+    assert "gate gate: green, 1 of 1 cells passed" in ok(*arguments)
+    subprocess.run(commands["Summary"], shell=True, check=True, env={**os.environ, "GITHUB_STEP_SUMMARY": "summary"})
+    assert Path("summary").read_text(encoding="utf-8").startswith("## gate gate: green")
+
+
 @pytest.mark.slow
 def test_the_quick_gate_is_green(fmus, tmp_path):
-    assert ok("gate", "quick", "--output", tmp_path).splitlines()[-1] == "gate quick: green, 14 cells passed"
+    assert ok("gate", "quick", "--output", tmp_path).splitlines()[-1] == "gate quick: green, 14 of 14 cells passed"
 
 
 def test_neither_dask_nor_matplotlib_is_loaded_before_they_are_needed():

@@ -82,9 +82,9 @@ def problem_of(name: str, limit: Any) -> str:
 
 
 def shown(name: str, value: float) -> str:
-    """Return a score with its unit, lengths in mm and angles in degrees."""
+    """Return a score with its unit, lengths below 1 m in mm and angles in degrees."""
     unit = UNITS[name]
-    if unit == "m":
+    if unit == "m" and value < 1:
         return f"{1e3 * value:.4g} mm"
     return f"{degrees(value):.4g} deg" if unit == "rad" else f"{value:.4g} {unit}".removesuffix(" 1")
 

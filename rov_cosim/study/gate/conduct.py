@@ -82,7 +82,9 @@ class Outcome:
     def verdict(self) -> str:
         """In a line how it went."""
         red, ran = len(self.of("red")), len(self.results) - len(self.of("left out"))
-        return f"gate {self.name}: " + (f"red, {red} of {ran} cells failed" if red else f"green, {ran} cells passed")
+        return f"gate {self.name}: " + (
+            f"red, {red} of {ran} cells failed" if red else f"green, {ran} of {ran} cells passed"
+        )
 
 
 def conduct(
@@ -166,12 +168,12 @@ class _Conduct:
     def _score(self) -> None:
         """Run each cell, and each system without a trouble; a cell that the trouble does not change is red."""
         limits = {Cell(c.name, trouble): found for c in self.gate.columns for trouble, found in c.limits.items()}
-        calm = {Cell(name, ""): wiring for name, wiring in self.plain.items()}
+        changed = {cell for cell, loop in self.loops.items() if loop.elements != self.plain[cell.system].elements}
+        calm = {cell._replace(trouble=""): self.plain[cell.system] for cell in changed}
         scores = self._all(_scored, {**calm, **self.loops})
-        for cell, loop in self.loops.items():
+        for cell in self.loops:
             reasons = [str(one) for one in broken(scores[cell], limits[cell])]
-            plain = self.plain[cell.system]
-            if not reasons and loop.elements != plain.elements and scores[cell] == scores[cell._replace(trouble="")]:
+            if not reasons and cell in changed and scores[cell] == scores[cell._replace(trouble="")]:
                 reasons = ["vacuous: the trouble changes nothing, to the last digit."]
             self.results[cell] = Result("red" if reasons else "green", limits[cell], scores[cell], tuple(reasons))
 
