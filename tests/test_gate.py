@@ -64,6 +64,11 @@ system = "station_keeping"
 swaps = {{ passive_arm = "ARM" }}
 map = "mirrored.toml"
 
+[systems.one_sign]                # in their map, of one axis
+system = "station_keeping"
+swaps = {{ rov_plant = "their.fmu" }}
+map = "one_sign.toml"
+
 [systems.crashing]
 system = "bluerov2"
 swaps = {{ scenario = "crashing.fmu" }}
@@ -130,12 +135,18 @@ def test_whatever_breaks_or_tests_nothing_is_a_red_line(fmus, tmp_path):
     hanging = source.replace("ctypes.string_at(0)", "time.sleep(1e6)").replace("import ctypes", "import time")
     for name, text in (("crashing", source), ("hanging", hanging.replace("class Crashing", "class Hanging"))):
         FmuBuilder.build_FMU(written(tmp_path, text, f"{name}.py"), tmp_path).rename(tmp_path / f"{name}.fmu")
+    FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "foreign_rov.py", tmp_path).rename(tmp_path / "their.fmu")
+    text, right = (GATES.parent / "README.md").read_text(encoding="utf-8"), 'ours = "controller.tau.Y", z_down = true'
+    (map_,) = re.findall(r"```toml\n(\[rov_plant\]\n.*?)```", text, re.S)
+    assert right in map_
+    written(tmp_path, map_.replace(right, 'ours = "controller.tau.Y"'), "one_sign.toml")
     written(tmp_path, SCENARIO, "scenario.toml")
     written(tmp_path, MIRRORED, "mirrored.toml")
     done = call("gate", written(tmp_path, MORE.replace("ARM", str(fmus["passive_arm"]))), "--output", tmp_path)
-    assert done.output.splitlines()[-1] == "Error: gate some: red, 6 of 6 cells failed"
+    assert done.output.splitlines()[-1] == "Error: gate some: red, 7 of 7 cells failed"
     for system, reason in (
         ("mirrored", "controller is told the other way when the vehicle moves along x, y, z, psi: a sign or a connec"),
+        ("one_sign", "rov_plant goes the other way when it is pushed along y: a sign is wrong between controller.tau"),
         ("crashing, still_water", r"verdict lost at 0.3 s: scenario: At 0.3 s: the process died of SIGSEGV in fmi2DoS"),
         ("no_scenario, current", "does not apply: There is no scenario.current_mean.x, which the trouble is about"),
         ("unmoved, wrong_r_A", "vacuous: the trouble changes nothing, to the last digit"),

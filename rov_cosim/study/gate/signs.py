@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...components.frames import pose_difference, rotation
 from ...components.interface import POSE, WRENCH, XYZ, count
 from ...components.vehicle import FOUR_DOF, N_THRUSTERS, allocation_matrix
+from ...ssp.swap_map import stem
 from ...ssp.wiring import Wiring, WiringError
 from ..assessment import AXES, controller_of, pose, received
 from ..nominal import Nominal
@@ -81,7 +82,7 @@ class _Probe:
         if abs(way) < LEAST:
             return f"{self._vehicle} does not move when it is pushed along {{}}."
         if way < 0:
-            between = f"a sign is wrong between {self._controller}.u and {self._vehicle}, or in {self._vehicle}"
+            between = f"a sign is wrong between {self._pushing} and {self._vehicle}, or in {self._vehicle}"
             return f"{self._vehicle} goes the other way when it is pushed along {{}}: {between}."
         if told < LEAST:
             how = "the other way" if told < -LEAST else "no way"
@@ -118,6 +119,12 @@ class _Probe:
         return _Answer(
             float(way[5, 0]), way[:, late], measured[:, late], commands if commands is None else commands[:, late]
         )
+
+    @property
+    def _pushing(self) -> str:
+        """By which outputs the controller commands."""
+        sources = [link.source for link in self._wiring.links if link.source.element == self._controller]
+        return " and ".join(dict.fromkeys(f"{self._controller}.{stem(source.variable)}" for source in sources))
 
     @property
     def _vehicle(self) -> str:
