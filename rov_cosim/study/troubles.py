@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..components.interface import XYZ
-from ..components.passive_arm.equations import LONGEST_DELAY
+from ..components.sensing import LONGEST_DELAY
 from ..ssp.values import Value
 from ..ssp.wiring import Wiring
 from .nominal import DoesNotApplyError, Nominal
