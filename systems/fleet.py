@@ -85,7 +85,7 @@ the literature, with scaled gains.
 WIRED = {f"{vehicle}_taut_wire": vehicle for vehicle in ("hoang_kreuzer", "bluerov2_heavy")}
 """The vehicles that a taut wire measures too, by the name that they have then."""
 
-LOOPS = (*product(VEHICLES, CONTROLLERS), *product(WIRED, ("adaptive_pd", "extended", "pid")))
+LOOPS = (*product(VEHICLES, CONTROLLERS), *product(WIRED, ("adaptive_pd", "extended")))
 """Vehicle and controller of each system of the fleet."""
 
 STOP_TIME = 300.0

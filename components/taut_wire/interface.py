@@ -106,7 +106,7 @@ COMPONENT = Sampled(
             _ANGLES,
             "Standard deviation of the drift of inclinometers and compass",
             unit="rad",
-            start=[2 * _TENTH, 2 * _TENTH, 5 * _TENTH],
+            start=[_TENTH, _TENTH, 2.5 * _TENTH],
             minimum=0.0,
         ),
         Signal("attitude_drift_time", "Correlation time of the drift", unit="s", start=300.0, minimum=1e-3),

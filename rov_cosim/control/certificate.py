@@ -128,7 +128,7 @@ class Certificate:
 
     @cached_property
     def thrust_noise(self) -> float:
-        """Standard deviation in N of the noisiest thruster's command, by the sensor's noise; inf for an unstable loop."""
+        """Standard deviation in N of the noisiest thruster's command by the sensor's noise; inf in an unstable loop."""
         if not self.level.is_stable:
             return np.inf
         sensor = next(e for e, c in self.loop.components.items() if "eta_m" in {s.key for s in c.outputs})

@@ -3,7 +3,8 @@
 The loop is the master's by Jacobi: all outputs are handed on, then all components advance by a step. Its state is the
 states and outputs of all components, the delay line of the sensor among them.
 
-Left out is what has no slope: noise, drift, lost samples, encoder steps, dead band and limits of the thrusters (`IDEAL`).
+Left out is what has no slope: noise, drift, lost samples, steps of what is read, dead band and limits of the thrusters
+(`IDEAL`).
 """
 
 from collections.abc import Mapping
