@@ -144,7 +144,8 @@ class Certificate:
         u = component.u.unpack(component.u.start.copy())
         u.eta = y[self.loop.ports(self.loop.plant, "y", "eta")]
         poses = [[component.sample(x, u, p, sign * w)[1]["eta_m"] for sign in (1, -1)] for w in np.eye(component.draws)]
-        return np.linalg.norm([pose_difference(more, less) / 2 for more, less in poses], axis=0)
+        deviation: Matrix = np.linalg.norm([pose_difference(more, less) / 2 for more, less in poses], axis=0)
+        return deviation
 
     @property
     def is_adaptive(self) -> bool:
