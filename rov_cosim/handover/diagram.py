@@ -3,7 +3,7 @@
 from html import escape
 
 from ..components.interface import Component, Signal
-from ..systems.loop import CONNECTIONS, element_of
+from ..systems.loop import ARM, SENSORS, connections, element_of
 
 _ROW, _WIDTH, _BOX, _TOP = 34, 1080, (400, 680), 70
 _STYLE = (
@@ -36,7 +36,7 @@ def wiring_diagram(component: Component) -> str:
 def _port(component: Component, signal: Signal, y: float, is_input: bool) -> list[str]:
     """Return arrow, name and far end of a port."""
     left, right = _BOX
-    far = _far_ends(f"{element_of(component.name)}.{signal.key}", is_input)
+    far = _far_ends(component.name, signal.key, is_input)
     begin, end = (left - 60, left) if is_input else (right, right + 60)
     name = signal.key + (f" ({signal.size})" if signal.axes else "")
     inside, outside = (left + 12, begin - 10) if is_input else (right - 12, end + 10)
@@ -49,6 +49,7 @@ def _port(component: Component, signal: Signal, y: float, is_input: bool) -> lis
     ]
 
 
-def _far_ends(port: str, is_input: bool) -> list[str]:
-    turned = [(target, source) if is_input else (source, target) for source, target in CONNECTIONS]
+def _far_ends(component: str, key: str, is_input: bool) -> list[str]:
+    links, port = connections(component if component in SENSORS else ARM), f"{element_of(component)}.{key}"
+    turned = [(target, source) if is_input else (source, target) for source, target in links]
     return list(dict.fromkeys(far for near, far in turned if near == port))
