@@ -22,6 +22,9 @@ from ..systems.catalogue import SYSTEMS
 
 Series = NDArray[np.float64]
 
+SHOWN = [0, 1, 2, 5]
+"""The paper's axes, x, y, z and yaw, among the six."""
+
 
 class ExperimentError(RuntimeError):
     """An experiment did not run to its end."""

@@ -1,49 +1,19 @@
-"""The paper's figures 4 to 7 and 9 to 12 as its systems give them here, on its axes, and figures that it has not.
+"""The paper's figures 4 to 7 and 9 to 12 as its systems give them here, on its axes, and figures that it has not."""
 
-SVG with text as text. They need no ground: on a dark screen their own style sheet changes ink and lines.
-"""
-
-import io
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..components.interface import POSE, VELOCITY, count
 from ..components.vehicle import FORCES, N_THRUSTERS
 from ..control.lyapunov import energy
+from .drawing import INK, LINES, STYLES, drawn, look
 from .experiment import EXPERIMENT, EXPERIMENT_PD, SIMULATION, SIMULATION_PD, Experiment, Series
 
-DARK = {
-    "#1b2733": "#d7e1ea",
-    "#c5d3de": "#34434f",
-    "#0b5c8e": "#58b4e5",
-    "#b3470b": "#f2955a",
-    "#3c7a2b": "#8acb6f",
-    "#8a3d87": "#d99ad6",
-}
-"""What each colour becomes on a dark screen. No two lines of a figure differ in colour alone."""
-
-INK, FAINT, *LINES = DARK
-"""Of text and axes, of the grid, and of lines."""
-
-STYLES = ("-", "--", "-.", ":")
-
-_STYLE = "".join(
-    f"[style*='{kind}: {light}'] {{ {kind}: {dark} !important }}\n"
-    for light, dark in DARK.items()
-    for kind in ("fill", "stroke")
-)
 _SECOND = 33
 """Rows in about a second."""
-
-_SIZE, _DPI = (4.4, 3.0), 72
-_FONTS = re.compile(r"'DejaVu Sans'[^;\"]*")
-_PLAIN_ID = re.compile(r' id="[a-zA-Z]+\w*_\d+"')
 
 
 @dataclass(frozen=True)
@@ -121,7 +91,7 @@ def _pose(panel: _Panel, adaptive: Experiment, pd: Experiment) -> Drawn:
         axes.set_yticks(np.arange(low, high + panel.step / 2, panel.step))
         axes.legend()
 
-    svg = _drawn(draw)
+    svg = drawn(draw)
     wider = "" if (low, high) == (panel.low, panel.high) else f" The paper's axis is {panel.low:g} to {panel.high:g}."
     name = "yaw" if panel.axis == "psi" else panel.axis
     caption = f"Time history of {name}, PD dashed, adaptive PD solid.{wider}"
@@ -149,8 +119,9 @@ def _thrust() -> Drawn:
         every = slice(None, None, _SECOND // 3)
         for i, label in ((1, "u1"), (2, "u2"), (3, "u3"), (4, "u4"), (5, "u5 to u8")):
             vertical = i == N_THRUSTERS // 2 + 1
-            look = {"color": LINES[1]} if vertical else {"color": LINES[0], "linestyle": STYLES[i - 1]}
-            axes.plot(EXPERIMENT.time[every], _smooth(EXPERIMENT[f"controller.u[{i}]"])[every], label=label, **look)
+            style, colour = ("-", LINES[1]) if vertical else (STYLES[i - 1], LINES[0])
+            thrust = _smooth(EXPERIMENT[f"controller.u[{i}]"])[every]
+            axes.plot(EXPERIMENT.time[every], thrust, style, color=colour, label=label)
         axes.set(xlim=(0, EXPERIMENT.time[-1]), ylabel="thrust, mean over 1 s [N]")
         axes.figure.legend(ncols=5, loc="outside upper center", columnspacing=1.2, handlelength=1.6)
 
@@ -168,7 +139,7 @@ def _arm() -> Drawn:
         reach = axes.twinx()
         reach.plot(EXPERIMENT.time, EXPERIMENT["passive_arm.reach"], ":", color=INK, linewidth=2, label="reach")
         reach.set(ylim=(0, sum(EXPERIMENT.value(f"passive_arm.L[{i}]") for i in (1, 2))), ylabel="reach [m]")
-        _look(reach)
+        look(reach)
         reach.grid(visible=False)
         handles = [*axes.lines, *reach.lines]
         axes.figure.legend(handles=handles, ncols=4, loc="outside upper center")
@@ -188,8 +159,8 @@ def _lyapunov() -> Drawn:
         axes.legend()
 
     caption = (
-        "The Lyapunov function of the paper's proof. It ends above zero: of forces that act alike, as the three vertical "
-        "ones, the sum alone is learned."
+        "The Lyapunov function of the paper's proof. It ends above zero: of forces that act alike, as the "
+        "three vertical ones, the sum alone is learned."
     )
     return _further("lyapunov", caption, draw, SIMULATION, EXPERIMENT)
 
@@ -230,45 +201,9 @@ def _smooth(value: Series) -> Series:
 
 def _name(axes: Axes, time: Series, value: Series, text: str, colour: str) -> None:
     """Write what a line is over its right end."""
-    where = {"xytext": (-4, 4), "textcoords": "offset points", "ha": "right", "fontsize": 9}
-    axes.annotate(text, (time[-1], value[-1]), color=colour, **where)
+    end = (float(time[-1]), float(value[-1]))
+    axes.annotate(text, end, (-4, 4), textcoords="offset points", ha="right", fontsize=9, color=colour)
 
 
 def _further(name: str, caption: str, draw: Callable[[Axes], None], *runs: Experiment) -> Drawn:
-    return Drawn(name, "", caption, _drawn(draw), tuple(run.command for run in runs))
-
-
-def _drawn(draw: Callable[[Axes], None]) -> str:
-    """Return a figure of one panel over time as SVG."""
-    figure = Figure(figsize=_SIZE, layout="constrained")
-    axes = figure.add_subplot()
-    with matplotlib.rc_context({"lines.linewidth": 1.4, "legend.fontsize": 9, "legend.frameon": False}):
-        draw(axes)
-    _look(axes)
-    axes.set_xlabel("time [s]", color=INK)
-    for legend in figure.findobj(matplotlib.legend.Legend):
-        for text in legend.get_texts():
-            text.set_color(INK)
-    return _svg(figure)
-
-
-def _look(axes: Axes) -> None:
-    axes.grid(color=FAINT, linewidth=0.6)
-    axes.set_facecolor("none")
-    axes.tick_params(colors=INK, which="both", labelsize=9)
-    axes.yaxis.label.set_color(INK)
-    for spine in axes.spines.values():
-        spine.set_color(INK)
-
-
-def _svg(figure: Figure) -> str:
-    """Return a figure as SVG without head and identifiers, so that many fit into one page."""
-    file = io.StringIO()
-    with matplotlib.rc_context({"svg.hashsalt": "rov-cosim", "svg.fonttype": "none", "path.simplify_threshold": 0.3}):
-        figure.savefig(file, format="svg", dpi=_DPI, transparent=True, metadata={"Date": None})
-    text = file.getvalue()
-    text = text[text.index("<svg") :]
-    text = re.sub(r" *<metadata>.*?</metadata>\n", "", text, flags=re.DOTALL)
-    text = _FONTS.sub("system-ui, 'DejaVu Sans', sans-serif", text)
-    text = text.replace("</style>", f"\n@media (prefers-color-scheme: dark) {{\n{_STYLE}}}</style>", 1)
-    return _PLAIN_ID.sub("", text)
+    return Drawn(name, "", caption, drawn(draw), tuple(run.command for run in runs))
