@@ -83,7 +83,7 @@ def controller_cases(
                 "eta_d": 0.1 * np.sin(np.outer(t, np.arange(1, 7))),
                 "eta_dot_d": 0.1 * np.arange(1, 7) * np.cos(np.outer(t, np.arange(1, 7))),
             },
-            {"bridging": 0.3, "projection": 1},
+            {"bridging": 0.3, **({"projection": 1} if "projection" in component.p.names else {})},
         ),
         Case(
             "saturation",

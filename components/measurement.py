@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .frames import is_regular, jacobian, pose_difference
+from .frames import array, is_regular, jacobian, pose_difference
 from .interface import POSE, SAMPLE_TIME, Signal, switch, vector
 from .vehicle import degrees_of_freedom
 
@@ -29,7 +29,6 @@ class Measured(NamedTuple):
     e_dot_mean : mean rate of the error since the last sample by the difference of the poses, shape (6,): unlike e_dot
         it is not late, and its sum over the samples is the way.
     eta_half_way : pose half-way to the last measurement, shape (6,), at which e_dot_mean is meant.
-    lost : whether the controller is enabled and has neither a measurement nor a bridged gap.
     state : the values of `STATES` after the sample.
     """
 
@@ -39,7 +38,6 @@ class Measured(NamedTuple):
     e_dot: Any
     e_dot_mean: Any
     eta_half_way: Any
-    lost: Any
     state: Mapping[str, Any]
 
     @property
@@ -80,7 +78,6 @@ def measured(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> Meas
         e_dot=np.where(active, dof * (velocity - u.eta_dot_d), 0.0),
         e_dot_mean=np.where(np.logical_or(follows, bridged), dof * (way / p.sample_time - u.eta_dot_d), 0.0),
         eta_half_way=eta - way / 2,
-        lost=np.logical_and(is_enabled(u), np.logical_not(active)),
         state={
             "eta": eta,
             "filter_difference": d,
@@ -101,7 +98,7 @@ def initial_state() -> Mapping[str, Any]:
 
 def _is_plausible(way: Any, time: Any, p: SimpleNamespace) -> Any:
     """Tell whether a motion can lead a way, shape (6,), in a time in s."""
-    largest = np.stack([p.plausible_speed] * 3 + [p.plausible_turn_rate] * 3)
+    largest = array([p.plausible_speed] * 3 + [p.plausible_turn_rate] * 3)
     return np.max(np.abs(way) - largest * time) <= 0
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .frames import rotation, skew
+from .frames import array, rotation, skew
 from .interface import VELOCITY, XYZ, Requirement, Signal, count, vector
 
 N_THRUSTERS = 8
@@ -44,7 +44,7 @@ def mass_matrix(mass: Any, inertia: Any, r_G: Any, added_mass: Any) -> Any:
     added_mass, shape (6,), the positive diagonal of M_A.
     """
     i_xx, i_yy, i_zz, i_xy, i_xz, i_yz = (inertia[i] for i in range(6))
-    I_O = np.reshape(np.stack([i_xx, -i_xy, -i_xz, -i_xy, i_yy, -i_yz, -i_xz, -i_yz, i_zz]), (3, 3))
+    I_O = np.reshape(array([i_xx, -i_xy, -i_xz, -i_xy, i_yy, -i_yz, -i_xz, -i_yz, i_zz]), (3, 3))
     coupling = mass * skew(r_G)
     upper = np.concatenate([mass * np.eye(3), -coupling], axis=1)
     lower = np.concatenate([coupling, I_O], axis=1)

@@ -23,7 +23,7 @@ from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
 from rov_cosim.components.sliding_mode import COMPONENT as SLIDING_MODE
 from rov_cosim.components.sun_cheah import COMPONENT as SUN_CHEAH
 from rov_cosim.components.vehicle import COUPLE, FORCES
-from rov_cosim.control.tuning import ADAPTED_SHARE, Rule, Timing, tuned
+from rov_cosim.control.tuning import Rule, Timing, tuned
 from rov_cosim.exporters.model_description import describe
 from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.parameter_set import read_parameter_set
@@ -46,7 +46,6 @@ EXTENSIONS: Mapping[str, Value] = {
     "bridging": 0.3,
     "projection": True,
     "adapt_by_pose": True,
-    "memory": 10.0,
     "alpha": 0.5,
 }
 """What the controllers have beyond the paper, as far as a component has it; the gains by the tuning rule go with it.
@@ -54,8 +53,8 @@ EXTENSIONS: Mapping[str, Value] = {
 The filter is slower than the paper's because the tuning rule damps more: K_D / T_f is what noise takes of the thrust.
 """
 
-RULE = Rule(integral=0.17)
-"""Integrates faster than the rule by itself: currents vary in a minute."""
+RULE = Rule(integral=0.17, adapted=0.27)
+"""Integrates faster than the rule by itself, for currents vary in a minute, with an epsilon_0 for which V falls."""
 
 ARM_SHARE = 0.4
 """Of the adaptation that the rule gives the arm's force, as much is left to it; the umbilical's force takes the rest.
@@ -63,8 +62,8 @@ ARM_SHARE = 0.4
 What the arm's force is taken for wrongly turns the vehicle by its lever, and the couple learns the yaw without it.
 """
 
-YAW_SHARE = 0.36
-"""W Gamma W^T over M omega^2 in yaw, which is measured without noise; elsewhere it is `tuning.ADAPTED_SHARE`."""
+YAW_SHARE = 0.49
+"""W Gamma W^T over M omega^2 in yaw, which is measured without noise; elsewhere it is `RULE.adapted`."""
 
 CONTROLLERS: Mapping[str, Sampled] = {
     "adaptive_pd": ADAPTIVE_PD,
@@ -198,7 +197,7 @@ def _learnt_by_couple(
         for point in "AC"
         for axis, lever in ("xy", "yx")
     )
-    couple = dict(zip(COUPLE, ADAPTED_SHARE * stiffness, strict=True))
+    couple = dict(zip(COUPLE, RULE.adapted * stiffness, strict=True))
     gamma |= {f"Gamma.{moment}": value for moment, value in couple.items()}
     gamma["Gamma.M.z"] = max(YAW_SHARE * stiffness[2] - by_levers, 0.0)
     changed = {**gamma, "K_P.psi": (1 - YAW_SHARE) * stiffness[2]}

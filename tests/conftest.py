@@ -96,8 +96,8 @@ def native(fmus, tmp_path):
 
 @pytest.fixture(scope="session")
 def loops(fmus):
-    """Return the loops of one vehicle, by vehicle and controller, with three that differ."""
-    return wired(["bluerov2"], ["adaptive_pd", "pid", "pd"])
+    """Return the loops of one vehicle, by vehicle and controller, with four that differ."""
+    return wired(["bluerov2"], ("adaptive_pd", "extended", "pid", "pd"))
 
 
 @pytest.fixture(scope="session")

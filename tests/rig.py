@@ -16,7 +16,7 @@ RELAXED: dict[str, dict[str, float]] = {
     },
     "adaptive_pd": {
         **{"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01, "bridging": 0.1},
-        **{"adapt_by_pose": True, "projection": True, "memory": 5.0, "Gamma.M.x": 2.0, "Gamma.M.z": 3.0},
+        **{"adapt_by_pose": True, "projection": True, "Gamma.M.x": 2.0, "Gamma.M.z": 3.0},
     },
     "pid": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01, "bridging": 0.1},
     "sliding_mode": {"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01},

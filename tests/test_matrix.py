@@ -102,7 +102,7 @@ def test_the_tables_hold_every_cell(small, tmp_path):
     ]
     assert told == [f"{found.chattering:.0f}" for found in calm]
     settling = small.scores[Cell(VEHICLE, "pid", "still_water")].settling
-    assert re.fullmatch(rf"held, 1 mm, 0\.0 deg, {settling:.0f} s", cells[2])
+    assert re.fullmatch(rf"held, 1 mm, 0\.1 deg, {settling:.0f} s", cells[2])
     assert re.search(r"^\| wrong_r_A \| (held|offset)[^|]* \| held[^|]* \|  \| offset[^|]* \|$", page, re.M)
     assert f"| wrong_r_A | {VEHICLE} pid | There is no controller.r_A.x" in page
 

@@ -181,25 +181,3 @@ def test_with_projection_the_noise_of_the_error_does_not_stop_the_estimate():
         estimates[projection] = rig.get("disturbance")[2]
     assert estimates[1] == pytest.approx(34.0 - 3 * 10.0 * 0.3 * 0.01 * 12.0 / (1 + 2 * 0.1), rel=0.01)
     assert abs(estimates[0] - estimates[1]) > 0.5
-
-
-def test_without_a_measurement_the_estimate_is_its_mean_over_the_memory():
-    rig = controller(memory=6.0, epsilon_0=0.3, use_measured_velocity=1)
-    rig.set({"eta_m.z": 0.02})
-    estimates = []
-    for _ in range(400):
-        rig.step()
-        estimates.append(rig.get("theta_hat.dB"))
-    rig.set({"eta_m_valid": 0})
-    rig.step()
-    # A first-order low pass follows a ramp tau late once it has settled, from 0 by tau (1 - exp(-t / tau)).
-    slope = (estimates[-1] - estimates[0]) / (399 * T)
-    assert estimates[-1] - rig.get("theta_hat.dB") == pytest.approx(
-        slope * 6.0 * (1 - np.exp(-400 * T / 6.0)), rel=0.02
-    )
-    blind = rig.get("theta_hat.dB")
-    rig.run(1.0)
-    assert rig.get("theta_hat.dB") == blind
-    rig.set({"eta_m_valid": 1})
-    rig.run(2 * T)
-    assert rig.get("theta_hat.dB") == pytest.approx(blind + T * slope, rel=1e-3)

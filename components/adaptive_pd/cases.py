@@ -12,7 +12,7 @@ CASES = (
         200,
         lambda t: {"eta_m_valid": (t < 4.0).astype(float), "eta_m": turning(t)},
         {
-            **{"adapt_by_pose": 1, "memory": 5.0, "projection": 1, "thrust_max": 20.0, "control_roll_pitch": 1},
+            **{"adapt_by_pose": 1, "projection": 1, "thrust_max": 20.0, "control_roll_pitch": 1},
             **{f"Gamma.M.{axis}": gain for axis, gain in zip("xyz", (2.0, 3.0, 4.0), strict=True)},
         },
     ),

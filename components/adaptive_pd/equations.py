@@ -46,22 +46,16 @@ def sample(
 ) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
     """Return state and outputs after one sample; no draws are needed."""
     m = measured(x, u, p)
-    theta_hat = np.where(np.logical_and(m.lost, p.memory > 0), x.theta_mean, x.theta_hat)
-    disturbance = disturbance_of(theta_hat, m.eta, p)
+    disturbance = disturbance_of(x.theta_hat, m.eta, p)
     demand = feedback.pd_law(m, disturbance, p)
     rate = adaptation_law(m, demand, p)
-    share = np.where(p.memory > 0, -np.expm1(-p.sample_time / np.where(p.memory > 0, p.memory, 1.0)), 0.0)
-    estimate = {"theta_hat": theta_hat, "disturbance": disturbance}
+    estimate = {"theta_hat": x.theta_hat, "disturbance": disturbance}
     return (
-        {
-            "theta_hat": theta_hat + p.sample_time * rate,
-            "theta_mean": x.theta_mean + share * (theta_hat - x.theta_mean),
-            **m.state,
-        },
+        {"theta_hat": x.theta_hat + p.sample_time * rate, **m.state},
         {**feedback.command(demand.tau, u, p), **estimate, **m.outputs},
     )
 
 
 def initial_state(p: SimpleNamespace) -> Mapping[str, Any]:
     """Return the state before the first sample, with the initial estimate."""
-    return {"theta_hat": p.theta_hat_0, "theta_mean": p.theta_hat_0, **measurement.initial_state()}
+    return {"theta_hat": p.theta_hat_0, **measurement.initial_state()}

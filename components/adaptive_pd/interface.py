@@ -51,12 +51,6 @@ COMPONENT = Sampled(
         Signal("alpha", "Saturation of the error in the adaptation", start=2.0, minimum=0.0, tunable=True),
         switch("adaptation", "Adapt the estimate; false: PD with restoring compensation", start=1, tunable=True),
         switch("adapt_by_pose", "Adapt by the way of the measured pose in place of the filtered velocity"),
-        Signal(
-            "memory",
-            "Time over which the estimate is averaged that is used while there is no measurement; 0: the last one",
-            unit="s",
-            minimum=0.0,
-        ),
         feedback.PROJECTION,
         feedback.CONTROL_ROLL_PITCH,
         Signal(
@@ -73,7 +67,6 @@ COMPONENT = Sampled(
     ),
     states=(
         Signal("theta_hat", "Estimated forces and couple", axes=(equations.LOADS,), pattern="theta_hat.{}"),
-        Signal("theta_mean", "Mean of the estimate", axes=(equations.LOADS,), pattern="theta_mean.{}"),
         *measurement.STATES,
     ),
     initial_state=equations.initial_state,

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..frames import euler_angles, is_regular, rotation, wrap
+from ..frames import array, euler_angles, is_regular, rotation, wrap
 from ..noise import gauss_markov
 
 FOLDED = 0.05
@@ -25,8 +25,8 @@ def forward_kinematics(q: Any, L: Any) -> tuple[Any, Any]:
     elbow, wrist = q[1], q[1] + q[2]
     out = L[0] * np.cos(elbow) + L[1] * np.cos(wrist)
     down = L[0] * np.sin(elbow) + L[1] * np.sin(wrist)
-    position = np.stack([out * np.cos(q[0]), out * np.sin(q[0]), -down])
-    return position, _forearm(q) @ rotation(np.stack([q[5], q[4], q[3]]))
+    position = array([out * np.cos(q[0]), out * np.sin(q[0]), -down])
+    return position, _forearm(q) @ rotation(array([q[5], q[4], q[3]]))
 
 
 def inverse_kinematics(position: Any, R: Any, L: Any) -> Any:
@@ -39,9 +39,9 @@ def inverse_kinematics(position: Any, R: Any, L: Any) -> Any:
     cosine = (out**2 + position[2] ** 2 - L[0] ** 2 - L[1] ** 2) / (2 * L[0] * L[1])
     bend = np.arccos(np.clip(cosine, -1.0, 1.0))
     pitch = np.arctan2(-position[2], out) - np.arctan2(L[1] * np.sin(bend), L[0] + L[1] * np.cos(bend))
-    arm = np.stack([np.arctan2(position[1], position[0]), pitch, bend])
+    arm = array([np.arctan2(position[1], position[0]), pitch, bend])
     wrist = euler_angles(_forearm(arm).T @ R)
-    return np.stack([arm[0], arm[1], arm[2], wrist[2], wrist[1], wrist[0]])
+    return array([arm[0], arm[1], arm[2], wrist[2], wrist[1], wrist[0]])
 
 
 def end_effector_from(eta: Any, p: SimpleNamespace) -> tuple[Any, Any]:
@@ -82,7 +82,7 @@ def sample(
     attached = np.logical_and(in_reach, is_regular(u.eta))
 
     q = np.where(attached, quantised(inverse_kinematics(position, R, p.L), p.encoder_counts), x.q)
-    deviation = np.stack([p.noise_std] * 3 + [p.noise_std_angle] * 3)
+    deviation = array([p.noise_std] * 3 + [p.noise_std_angle] * 3)
     noise = gauss_markov(x.noise, x.started > 0, w[0:6], deviation, p.noise_correlation_time, p.sample_time)
     pose = pose_from(q, p) + noise + np.concatenate([p.bias, np.zeros(3)])
     # By Box and Muller's transform the exponential of two normal draws is uniform in (0, 1).
@@ -117,4 +117,4 @@ def initial_state(p: SimpleNamespace) -> Mapping[str, Any]:
 
 def _forearm(q: Any) -> Any:
     """Return the rotation of the forearm in shoulder axes."""
-    return rotation(np.stack([0.0 * q[0], q[1] + q[2], q[0]]))
+    return rotation(array([0.0 * q[0], q[1] + q[2], q[0]]))

@@ -65,11 +65,20 @@ class Timing:
 
 @dataclass(frozen=True)
 class Rule:
-    """The figures of the rule: omega L, the damping ratio zeta, and the integral gain over omega and the stiffness."""
+    """The figures of the rule.
+
+    Parameters
+    ----------
+    bandwidth : omega L.
+    damping : the damping ratio zeta.
+    integral : the integral gain over omega and the stiffness.
+    adapted : W Gamma W^T over the stiffness; the larger, the smaller is epsilon_0 for the same integral gain.
+    """
 
     bandwidth: float = 0.2
     damping: float = 0.7
     integral: float = INTEGRAL_SHARE
+    adapted: float = ADAPTED_SHARE
 
     def omega(self, timing: Timing) -> float:
         """Return the bandwidth in rad/s."""
@@ -107,7 +116,7 @@ def tuned(
         gains["K_I"] = rule.integral * omega * stiffness
     if {"Gamma", "epsilon_0"} <= keys:
         most = next(float(np.max(s.maximum)) for s in component.parameters if s.key == "epsilon_0")
-        epsilon = min(rule.integral * omega / ADAPTED_SHARE, most)
+        epsilon = min(rule.integral * omega / rule.adapted, most)
         W, controlled = estimate_map(component, parameters or {})
         W = W * controlled[:, None]
         gains["Gamma"] = rule.integral * omega / epsilon * _gamma(W, stiffness)
