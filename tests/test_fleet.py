@@ -52,11 +52,11 @@ def test_the_extended_law_has_the_bandwidth_of_its_lag_in_every_axis(vehicle):
         for point in "AC"
         for axis, lever in (("x", "y"), ("y", "x"))
     )
-    for axis, share in (("x", 0.2), ("y", 0.2), ("z", 0.2), ("psi", 0.36)):
+    for axis, share in (("x", 0.27), ("y", 0.27), ("z", 0.27), ("psi", 0.49)):
         assert gamma[axis] == pytest.approx(share * M[axis] * omega**2, rel=2e-3)
         assert gains[f"K_P.{axis}"] + gamma[axis] == pytest.approx(M[axis] * omega**2, rel=2e-3)
         assert gains[f"K_D.{axis}"] == pytest.approx(2 * 0.7 * M[axis] * omega, rel=1e-3)
-    assert gains["epsilon_0"] * 0.2 == pytest.approx(0.17 * omega, rel=1e-3)
+    assert gains["epsilon_0"] * 0.27 == pytest.approx(0.17 * omega, rel=1e-3)
 
 
 def test_the_extensions_are_off_in_the_papers_columns():
