@@ -1,1 +1,1 @@
-"""What the paper says beside what its systems do here: experiments, figures, claims, and a moving picture."""
+"""What the paper says beside what its systems do here, on one page: figures, claims, and the loop itself, running."""
