@@ -1,17 +1,29 @@
 """What the tests share: the built FMUs and archives, and a plain FMU that this project did not make."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from pythonfmu.builder import FmuBuilder
 
 from fmu import Fmu
+from rov_cosim.exporters import archive, zig
 from rov_cosim.exporters.build import build_fmus, components, fmu_path, project_root
+from rov_cosim.handover import reference
 from rov_cosim.ssp.declaration import wire
 from rov_cosim.study import archives as building
 from rov_cosim.study.looped import loop_of
 from rov_cosim.study.matrix import wired
 from rov_cosim.systems.catalogue import SYSTEMS
+
+LONGEST = ("handover_check", "stamp", "native", "handover", "runs", "handover_importers", "ssp_writer", "quality")
+"""The files that take longest; the second builds nothing that the first builds at the same time."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with what takes longest, so that at the end no worker has a long file alone."""
+    places = {f"test_{name}.py": place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: places.get(item.path.name, len(places)))
 
 
 class Archives(dict[str, Path]):
@@ -76,8 +88,28 @@ def exported(fmus, python_fmus) -> dict[str, dict[str, Path]]:
 
 @pytest.fixture(scope="session")
 def plain_gain(tmp_path_factory) -> Path:
-    """Return a plain pythonfmu FMU."""
-    return FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "plain_gain.py", tmp_path_factory.mktemp("plain"))
+    """Return a plain pythonfmu FMU, with the binary for this machine alone, so that its systems are compiled once."""
+    path = FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "plain_gain.py", tmp_path_factory.mktemp("plain"))
+    content, here = archive.read(path), f"binaries/{zig.host_platform()}/"
+    archive.write(path, {n: data for n, data in content.items() if not n.startswith("binaries/") or n.startswith(here)})
+    return path
+
+
+@pytest.fixture(scope="session")
+def references() -> Iterator[None]:
+    """Work each reference run out once, not for each verdict: steps in NumPy take most of its time."""
+    known = {}
+
+    def run(component, case):
+        key = id(component), id(case)
+        if key not in known:
+            known[key] = (work_out(component, case), component, case)  # which keeps what the ids are of
+        return known[key][0]
+
+    work_out = reference.run
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reference, "run", run)
+        yield
 
 
 @pytest.fixture

@@ -29,8 +29,8 @@ LIBRARIES = {
 }
 # fmt: off
 HARMLESS = {
-    "acos", "asin", "atan2", "ceil", "cos", "exp", "fabs", "floor", "fmax", "fmin", "log", "nextafter", "pow", "sin",
-    "sincos", "sqrt", "tan",
+    "acos", "asin", "atan2", "ceil", "cos", "exp", "expm1", "fabs", "floor", "fmax", "fmin", "log", "nextafter", "pow",
+    "sin", "sincos", "sqrt", "tan",
     "bcmp", "memchr", "memcmp", "memcpy", "memset", "snprintf", "strchr", "strcmp", "strcpy", "strlen", "strncpy",
     "strpbrk", "vsnprintf",
     "calloc", "free", "malloc",

@@ -100,7 +100,7 @@ stop_time = 0.9
 
 def test_an_fmu_that_crashes_costs_its_own_runs_alone(fmus, tmp_path):
     FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "crashing.py", tmp_path).rename(tmp_path / "crashing.fmu")
-    written(tmp_path, '[scenario]\nwithout = ["set_point"]\n', "map.toml")
+    written(tmp_path, '[scenario]\nwithout = ["set_point"]\n[scenario.constants]\nthrust_loss = 0.0\n', "map.toml")
     file = written(tmp_path, CRASHES)
     told = ok("campaign", file, "--jobs", 1, "--output", tmp_path)
     assert f"  lost 1: {engine.DIED}" in told
@@ -114,7 +114,7 @@ def test_an_fmu_that_crashes_costs_its_own_runs_alone(fmus, tmp_path):
 def test_an_fmu_that_crashes_in_every_run_ends_the_campaign(fmus, tmp_path, monkeypatch):
     monkeypatch.setattr(engine, "HOPELESS", 2)
     FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "crashing.py", tmp_path).rename(tmp_path / "crashing.fmu")
-    written(tmp_path, '[scenario]\nwithout = ["set_point"]\n', "map.toml")
+    written(tmp_path, '[scenario]\nwithout = ["set_point"]\n[scenario.constants]\nthrust_loss = 0.0\n', "map.toml")
     file = written(tmp_path, CRASHES.replace("1e9", "0.0").replace("2e9", "0.6"))
     done = call("campaign", file, "--jobs", 1, "--output", tmp_path)
     assert done.exit_code == 1

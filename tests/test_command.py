@@ -77,7 +77,7 @@ def test_the_benchmark_prints_every_table(archives, python_archives, monkeypatch
     for heading in ("a communication step of 30 ms", "station_keeping, Jacobi", "command", "16 runs of 60 s", "ratio"):
         assert re.search(heading, output)
     ratios = {line.split("  ")[0]: float(line.split()[-1]) for line in output.splitlines() if " loop : " in line}
-    assert len(ratios) == 4
+    assert len(ratios) == 5
     assert min(ratios.values()) > 1.0
 
 

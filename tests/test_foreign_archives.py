@@ -379,8 +379,8 @@ FMUS = {
     "archive": ([], {"modelDescription.xml": None, "SystemStructure.ssd": b""}, "is an SSP archive, not an FMU."),
     "other platforms": (
         [],
-        {f"binaries/{PLATFORM}/PlainGain{fmpy.sharedLibraryExtension}": None},
-        f"has no binary for {PLATFORM}, which is this machine: it has those for ",
+        {f"binaries/{PLATFORM}/PlainGain{fmpy.sharedLibraryExtension}": None, "binaries/sparc64/PlainGain.so": b""},
+        f"has no binary for {PLATFORM}, which is this machine: it has those for sparc64.",
     ),
     "other library": ([("PlainGain", "Gain"), ('Identifier="PlainGain"', 'Identifier="Gain"')], {}, "has no Gain."),
     "tool": (

@@ -27,9 +27,11 @@ COMPONENTS = components()
 NAMES = list(COMPONENTS)
 CONTROLLER = COMPONENTS["adaptive_pd"]
 
+pytestmark = pytest.mark.usefixtures("references")
+
 
 @pytest.fixture(scope="module")
-def kits(tmp_path_factory) -> dict[str, Path]:
+def kits(tmp_path_factory, references) -> dict[str, Path]:
     """Return the kits' folders by component, with binaries for this machine."""
     folder = tmp_path_factory.mktemp("kits")
     return {name: kit.write(component, folder, [zig.host_platform()])[0] for name, component in COMPONENTS.items()}

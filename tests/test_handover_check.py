@@ -23,6 +23,9 @@ from rov_cosim.ssp.wiring import WiringError
 COMPONENTS = components()
 NAMES = list(COMPONENTS)
 CONTROLLER = COMPONENTS["adaptive_pd"]
+SIGNALS, RUNS = CONTROLLER.y.size, len(cases_of(CONTROLLER))
+
+pytestmark = pytest.mark.usefixtures("references")
 
 
 @pytest.mark.parametrize("export", ["native", "pythonfmu"])
@@ -74,7 +77,7 @@ def test_a_wrong_controller_is_told_by_a_clear_line(tmp_path, change, signal, to
     said = {line.split()[0]: line.split(maxsplit=1)[1] for line in lines[:-1]}
     assert re.match(told, said[signal])
     assert said["eta_dot.x"] == "conforms"
-    assert re.match(r"\d+ of 40 signals depart", lines[-1])
+    assert re.match(rf"\d+ of {SIGNALS} signals depart", lines[-1])
 
 
 def test_a_step_of_extra_delay_is_told(tmp_path):
@@ -153,7 +156,7 @@ def of_another_make(tmp_path_factory):
 def test_an_fmu_of_another_make_conforms_by_the_map_of_its_swap(of_another_make, tmp_path):
     lines, conforms = verdict.judge(of_another_make, "adaptive_pd", typed.mapped(tmp_path, ITS_MAP))
     assert conforms, lines
-    assert lines[-1] == "All 40 signals conform in 9 reference runs of adaptive_pd."
+    assert lines[-1] == f"All {SIGNALS} signals conform in {RUNS} reference runs of adaptive_pd."
     its = typed.mapped(tmp_path, ITS_MAP.removeprefix("[rov_plant]\n"))
     swap = ["run", "bluerov2", "--swap", f"controller={of_another_make}", "--map", its, "--stop-time", 0.3]
     done = typed.call(*swap, "--output", tmp_path)
@@ -186,7 +189,8 @@ def test_what_the_map_leaves_out_is_told_and_does_not_fail(fmus, tmp_path):
     assert "disturbance.Z".ljust(15) + "  not there, by the map" in lines
     assert "left out: disable, for which the FMU has no place for disable." in lines
     assert "left out: measured_velocity, for which the FMU has no place for nu_m.*." in lines
-    assert lines[-1] == "All 34 signals that are there conform in 7 of 9 reference runs of adaptive_pd."
+    those = f"{SIGNALS - 6} signals that are there"
+    assert lines[-1] == f"All {those} conform in {RUNS - 2} of {RUNS} reference runs of adaptive_pd."
 
 
 def test_an_fmu_with_a_switch_built_in_follows_the_runs_that_leave_it_as_it_is(tmp_path):
@@ -196,7 +200,7 @@ def test_an_fmu_with_a_switch_built_in_follows_the_runs_that_leave_it_as_it_is(t
     lines, conforms = verdict.judge(tmp_path / "valid.fmu", None, typed.mapped(tmp_path, text))
     assert conforms, lines
     assert "left out: loss_of_measurement, for which the FMU has no place for eta_m_valid." in lines
-    assert lines[-1] == "All 40 signals conform in 8 of 9 reference runs of adaptive_pd."
+    assert lines[-1] == f"All {SIGNALS} signals conform in {RUNS - 3} of {RUNS} reference runs of adaptive_pd."
 
 
 def test_a_parameter_without_a_place_leaves_out_the_runs_that_set_it(fmus, tmp_path):
@@ -204,7 +208,7 @@ def test_a_parameter_without_a_place_leaves_out_the_runs_that_set_it(fmus, tmp_p
     lines, conforms = verdict.judge(path, None, typed.mapped(tmp_path, "[controller]\n"))
     assert conforms
     assert "left out: saturation, for which the FMU has no place for thrust_max." in lines
-    assert lines[-1].startswith("All 40 signals conform in 7 of 9 ")
+    assert lines[-1].startswith(f"All {SIGNALS} signals conform in {RUNS - 3} of {RUNS} ")
 
 
 @pytest.mark.parametrize(

@@ -103,7 +103,7 @@ def test_samples_are_taken_at_multiples_of_the_sample_time_whatever_the_step(h):
 
 def test_time_stays_exact_over_a_long_run_of_accumulated_steps():
     # A master that sums 0.03 drifts by more than rounding; each step must still hold exactly one sample.
-    rig = Rig(CONTROLLER, {"theta_hat_0.dB": 1.0}).start(10.0)
+    rig = Rig(SCENARIO).start(10.0)
     time = 10.0
     samples = []
     for _ in range(4000):

@@ -131,7 +131,8 @@ def reference(adaptation: bool, stop: float, step: float) -> np.ndarray:
 @pytest.mark.parametrize(("name", "adaptation"), [("paper_simulation", True), ("paper_simulation_pd", False)])
 def test_the_fmus_agree_with_an_independent_integration_of_the_sampled_loop(run, name, adaptation):
     results, _ = run(name, gauss_seidel)
-    assert np.abs(poses(results) - reference(adaptation, 60.0, 0.03)).max() < 1e-6
+    expected = reference(adaptation, 30.0, 0.03)
+    assert np.abs(poses(results)[: len(expected)] - expected).max() < 1e-6
 
 
 def test_couplings_differ_by_little(run, archives):
@@ -255,18 +256,18 @@ def test_the_lyapunov_function_falls_along_the_ideal_loop(couple):
 
 def test_six_degrees_of_freedom_are_held_too():
     start = (0.3, -0.2, 0.2, 0.2, -0.15, 0.6)
-    solution, _, _ = ideal_loop(FORCES, 250.0, GAINS, lock=0, start=start)
+    solution, _, _ = ideal_loop(FORCES, 150.0, GAINS, lock=0, start=start)
     assert np.abs(solution.y[:6, -1]).max() < 1e-3
 
 
 def test_without_an_arm_four_adapted_forces_bring_the_error_to_zero():
     umbilical = np.array([5.0, 4, 4, 0, 0, 0, 0])
-    solution, _, _ = ideal_loop(umbilical, 400.0, GAINS, adapt=np.array([1, 1, 1, 1, 0, 0, 0]))
+    solution, _, _ = ideal_loop(umbilical, 100.0, GAINS, adapt=np.array([1, 1, 1, 1, 0, 0, 0]))
     assert np.abs(solution.y[:6, -1]).max() < 1e-3
     assert np.array_equal(solution.y[16:, -1], np.zeros(6))
 
 
 def test_a_constant_current_is_absorbed_by_the_estimate():
-    solution, _, _ = ideal_loop(np.zeros(7), 400.0, GAINS, current=(0.2, -0.1, 0.05))
+    solution, _, _ = ideal_loop(np.zeros(7), 200.0, GAINS, current=(0.2, -0.1, 0.05))
     assert np.abs(solution.y[:6, -1]).max() < 1e-3
     assert np.abs(solution.y[12:, -1]).max() > 0.5

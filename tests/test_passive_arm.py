@@ -120,7 +120,7 @@ def measure(values: dict[str, float], n: int) -> np.ndarray:
 
 
 def test_noise_has_the_declared_deviation_and_bias():
-    n = 6000
+    n = 3000
     rows = measure({"noise_std": 0.01, "noise_std_angle": 0.002, "encoder_counts": 0, "bias.y": 0.05}, n)
     deviation = np.array([0.01] * 3 + [0.002] * 3)
     assert rows.std(axis=0) == pytest.approx(deviation, rel=5 / np.sqrt(2 * n))
@@ -129,7 +129,7 @@ def test_noise_has_the_declared_deviation_and_bias():
 
 
 def test_coloured_noise_has_the_declared_deviation_and_correlation_time():
-    n, tau = 8000, 0.3
+    n, tau = 4000, 0.15
     x = measure({"noise_std": 0.01, "encoder_counts": 0, "noise_correlation_time": tau}, n)[:, :3]
     effective = n * 0.03 / (2 * tau)
     assert x.std(axis=0) == pytest.approx(0.01, rel=5 / np.sqrt(2 * effective))

@@ -29,7 +29,7 @@ def test_by_default_nothing_happens_and_the_set_point_is_handed_on():
 
 
 def test_the_current_has_the_declared_mean_deviation_and_correlation_time():
-    n, tau, sigma = 20000, 0.6, 0.1
+    n, tau, sigma = 5000, 0.15, 0.1
     deviations = {"current_std.x": sigma, "current_std.z": 2 * sigma}
     c = record(
         "current", {**deviations, "current_mean.x": 0.3, "current_mean.y": -0.1, "current_correlation_time": tau}, n

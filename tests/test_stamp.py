@@ -20,7 +20,7 @@ from pathlib import Path
 from rov_cosim.exporters.build import build_fmus
 root, export, meanwhile = sys.argv[1:]
 exec(meanwhile)
-(written,) = build_fmus(Path(root), export, names=["pid"]).values()
+(written,) = build_fmus(Path(root), export, names=["scenario"]).values()
 ours = [name for name in sys.modules if name.startswith("rov_cosim.")]
 print(json.dumps([written, sorted(set({HEAVY}) & set(sys.modules)), ours]))
 """
@@ -34,7 +34,10 @@ class Tree:
         shutil.copytree(ROOT / "rov_cosim", folder / "rov_cosim", ignore=shutil.ignore_patterns("__pycache__"))
 
     def build(self, export: str, meanwhile: str = "", packages: Path | None = None):
-        """Build the FMU of the PID; return whether it was written, the heavy packages and our modules then loaded."""
+        """Build the FMU of the scenario, the quickest to compile.
+
+        Return whether it was written, and the heavy packages and our modules then loaded.
+        """
         path = os.pathsep.join(str(place) for place in (packages, self.root) if place)
         done = subprocess.run(
             [sys.executable, "-c", BUILD, self.root, export, meanwhile],
@@ -46,7 +49,7 @@ class Tree:
         return json.loads(done.stdout)
 
     def fmu(self, export: str) -> Path:
-        return self.root / "build" / export / "pid.fmu"
+        return self.root / "build" / export / "scenario.fmu"
 
     def replace(self, file: str, old: str, new: str) -> None:
         text = (self.root / file).read_text(encoding="utf-8")
@@ -87,12 +90,12 @@ def test_a_current_fmu_costs_no_tracing_and_nothing_is_written(built, export):
 @pytest.mark.parametrize(
     ("export", "file", "old", "new"),
     [
-        ("native", "rov_cosim/components/pid/equations.py", "p.K_I * ", "2 * p.K_I * "),
-        ("native", "rov_cosim/components/pid/README.md", "#", "# Another:"),
+        ("native", "rov_cosim/components/scenario/equations.py", "p.step +", "2 * p.step +"),
+        ("native", "rov_cosim/components/scenario/README.md", "#", "# Another:"),
         ("native", "rov_cosim/exporters/c/slave.c", "fmi2", "/* */ fmi2"),
         ("native", "rov_cosim/exporters/c_tables.py", "/* Sizes of", "/* The sizes of"),
-        ("pythonfmu", "rov_cosim/components/pid/equations.py", "p.K_I * ", "2 * p.K_I * "),
-        ("pythonfmu", "rov_cosim/components/feedback.py", "from coll", "# Why.\nfrom coll"),
+        ("pythonfmu", "rov_cosim/components/scenario/equations.py", "p.step +", "2 * p.step +"),
+        ("pythonfmu", "rov_cosim/components/noise.py", "from typ", "# Why.\nfrom typ"),
         ("pythonfmu", "rov_cosim/exporters/pythonfmu_slave.py", "from coll", "# Why.\nfrom coll"),
         ("pythonfmu", "rov_cosim/exporters/documentation.py", "#0b3c5d", "#0b3c5e"),
     ],
@@ -139,10 +142,10 @@ metadata.write_text("Metadata-Version: 2.1\\nName: casadi\\nVersion: 3.8.99\\n",
 
 def test_an_edit_after_the_sources_were_loaded_reaches_the_next_build(tree):
     edit = """
-from rov_cosim.components import pid
-file = Path(root) / "rov_cosim" / "components" / "pid" / "interface.py"
+from rov_cosim.components import scenario
+file = Path(root) / "rov_cosim" / "components" / "scenario" / "interface.py"
 text = file.read_text(encoding="utf-8")
-file.write_text(text.replace("PID", "Another PID"), encoding="utf-8")
+file.write_text(text.replace("Scenario: ", "Another: "), encoding="utf-8")
 """
     before = tree.fmu("native").read_bytes()
     assert not tree.build("native", edit)[0]

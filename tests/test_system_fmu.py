@@ -218,7 +218,7 @@ def test_a_failed_step_names_the_element_and_the_way_on(system):
     one.start()
     state = one.fmu.getFMUState()
     with pytest.raises(FMICallException):
-        rest_of_run(one, 0, 1000)
+        rest_of_run(one, 0, 1500)
     assert "rov_plant: The step from" in one.errors
     assert "eta.theta" in one.errors
     one.slave.errors.clear()

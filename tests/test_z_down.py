@@ -84,7 +84,10 @@ def test_parameters_with_a_direction_turn_and_gains_masses_and_damping_do_not():
     turned = {name for name in labelled if sign(name) == -1}
     assert {re.split(r"[.\[]", name)[0] for name in turned} == TURNED
     still = {name.partition(".")[0] for name in labelled - turned}
-    assert still == {"K_P", "K_D", "K_I", "Gamma", "added_mass", "D_linear", "D_quadratic", "current_std"}
+    assert still == {
+        *("K_P", "K_D", "K_I", "K_S", "Lambda", "Gamma", "Delta", "boundary_layer"),
+        *("added_mass", "D_linear", "D_quadratic", "current_std"),
+    }
 
 
 def test_products_of_inertia_turn_as_the_matrix_does():

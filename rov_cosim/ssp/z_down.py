@@ -17,8 +17,11 @@ Z_DOWN: Mapping[str, float] = {
 }
 """Factor of a variable by the last part of its name; one for all others."""
 
-# Gains, masses, damping and standard deviations: they have elements of the same names, and no direction.
-_DIRECTIONLESS = {"K_P", "K_D", "K_I", "Gamma", "added_mass", "D_linear", "D_quadratic", "current_std"}
+# Gains, masses, damping, widths and standard deviations: they have elements of the same names, and no direction.
+_DIRECTIONLESS = {
+    *("K_P", "K_D", "K_I", "K_S", "Lambda", "Gamma", "Delta", "boundary_layer"),
+    *("added_mass", "D_linear", "D_quadratic", "current_std"),
+}
 
 
 def sign(variable: str) -> float:
