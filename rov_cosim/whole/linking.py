@@ -98,7 +98,7 @@ def objects(
             b"\0".join(
                 [
                     zig.recipe().encode(),
-                    repr(zig.OBJECT).encode(),
+                    repr(zig.arguments(target, name, zig.OBJECT, ())).encode(),
                     *(part for file in unit.items() for part in _bytes(file)),
                 ]
             )

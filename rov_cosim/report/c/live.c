@@ -52,23 +52,19 @@ API(live_set) int live_set(uint32_t reference, double value) {
     return 0;
 }
 
-/* Take so many steps; of n variables, by their value references, write a row at the start and one after every `every` steps.
-   Return how many rows there are; if they are fewer, the message has why. */
-API(live_run) size_t live_run(double step, size_t steps, size_t every, const uint32_t *references, size_t n, double *rows) {
+/* Take so many steps; write a column for each of n variables, by their value references, with room for the values at the
+   start and after every step. Return how many there are; if they are fewer, the message has why. */
+API(live_run) size_t live_run(double step, size_t steps, const uint32_t *references, size_t n, double *columns) {
     if (!set_times(&live, 0, (double)steps * step))
         return 0;
     live.now.phase = INITIALIZING;
     if (!exit_initialization(&live))
         return 0;
-    size_t done = 0;
     for (size_t k = 0; k <= steps; k++) {
         if (k && !do_step(&live, (double)(k - 1) * step, (double)k * step - (double)(k - 1) * step))
-            break;
-        if (k % every)
-            continue;
+            return k;
         for (size_t i = 0; i < n; i++)
-            *rows++ = live.now.values[references[i]];
-        done++;
+            columns[i * (steps + 1) + k] = live.now.values[references[i]];
     }
-    return done;
+    return steps + 1;
 }

@@ -10,25 +10,27 @@ export class Live {
   constructor(exports) {
     this.c = exports;
     this.c._initialize();
-    this.room = { references: { at: 0, size: 0 }, rows: { at: 0, size: 0 } };
+    this.room = { references: { at: 0, size: 0 }, columns: { at: 0, size: 0 } };
   }
 
   /**
    * Run anew from the system's own values but for `values`, pairs of value reference and number.
    *
-   * The rows hold the variables of `references`, at the start and after every `every` of the steps of `step` seconds. If
-   * they end early, `message` has why; `warning` is the first that the run gave, or empty.
+   * `columns` has one for each of `references`, of the values at the start and after each of the steps of `step` seconds.
+   * If they end early, `message` has why; `warning` is the first that the run gave, or empty.
    */
-  run(values, step, steps, every, references) {
+  run(values, step, steps, references) {
     const n = references.length;
     const places = this.#room("references", 4 * n);
-    const whole = Math.floor(steps / every) + 1;
-    const at = this.#room("rows", 8 * n * whole);
+    const whole = steps + 1;
+    const at = this.#room("columns", 8 * n * whole);
     const well = this.c.live_begin() && values.every(([reference, value]) => this.c.live_set(reference, value));
     new Uint32Array(this.c.memory.buffer, places, n).set(references);
-    const done = well ? this.c.live_run(step, steps, every, places, n, at) : 0;
+    const done = well ? this.c.live_run(step, steps, places, n, at) : 0;
+    const columns = new Float64Array(n * done);
+    for (let i = 0; i < n; i++) columns.set(new Float64Array(this.c.memory.buffer, at + 8 * i * whole, done), i * done);
     return {
-      rows: new Float64Array(this.c.memory.buffer, at, n * done).slice(),
+      columns,
       message: done < whole ? this.#text(this.c.live_message()) : "",
       warning: this.#text(this.c.live_warning()),
     };
