@@ -53,7 +53,7 @@ def wiring(fmus):
 
 @pytest.fixture(scope="module")
 def module(wiring, tmp_path_factory):
-    layout, content = wasm.module(wiring)
+    ((layout, content),) = wasm.modules([wiring])
     path = tmp_path_factory.mktemp("live") / "live.wasm"
     path.write_bytes(content)
     return layout, path

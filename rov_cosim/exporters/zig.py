@@ -45,6 +45,9 @@ FLAGS = (
 TIME_LIMIT = 1800.0
 """Time in s that a compilation may take; the first for a platform compiles zig's C library too, some minutes."""
 
+JOBS = os.cpu_count() or 1
+"""How many compilers run at a time."""
+
 # Where zig looks for its cache, in its order, and the folder below; LOCALAPPDATA is set on Windows alone.
 _CACHES = {"ZIG_GLOBAL_CACHE_DIR": "", "LOCALAPPDATA": "zig", "XDG_CACHE_HOME": "zig", "HOME": ".cache/zig"}
 
@@ -174,8 +177,8 @@ def arguments(target: str, output: str, options: Iterable[str], code: Iterable[s
     """Return what the compiler is called with."""
     is_object = "-c" in options
     libraries = [] if "windows" in target or is_object else ["-lm"]
-    # zig has no linker that can for macOS, nor libraries for Windows. An object would be compiled anew in each link: that
-    # pays where nothing else inlines, as an engine of WebAssembly does not.
+    # zig has no linker that can for macOS, nor libraries for Windows. An object would be compiled anew in each link:
+    # that pays where nothing else inlines, as an engine of WebAssembly does not.
     whole = ["-flto"] if "wasm" in target or ("linux" in target and not is_object) else []
     return ["cc", "-target", target, *FLAGS, *whole, *options, "-o", output, *code, *libraries]
 

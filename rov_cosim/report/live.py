@@ -2,7 +2,7 @@
 
 import gzip
 from base64 import b64encode
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from typing import Any
 
 from ..components.interface import POSE, WRENCH, XYZ, count
@@ -10,7 +10,7 @@ from ..components.vehicle import N_THRUSTERS
 from ..ssp.values import parse
 from ..ssp.wiring import Wiring
 from ..study import assessment, scores
-from ..study.matrix import wired
+from ..study.matrix import Loops, wired
 from ..systems.fleet import CONTROLLERS, VEHICLES, named
 from ..whole.layout import COUPLING, Layout, Shown, laid_out
 from . import controls, wasm
@@ -47,8 +47,8 @@ RECORDED = (
 """The outputs that the page shows."""
 
 
-def data(vehicles: Sequence[str] = (), progress: Callable[[str], object] = lambda line: None) -> dict[str, Any]:
-    """Return all of it, to be written as JSON.
+def loops(vehicles: Sequence[str] = (), progress: Callable[[str], object] = lambda line: None) -> Loops:
+    """Return the loops of the page, of which the FMUs are built first.
 
     Parameters
     ----------
@@ -60,33 +60,42 @@ def data(vehicles: Sequence[str] = (), progress: Callable[[str], object] = lambd
     BuildError : the compiler fails.
     WiringError : a vehicle's file is wrong.
     """
-    loops = wired([*vehicles, *VEHICLES], list(CONTROLLERS), progress=progress)
-    modules: dict[Any, dict[str, Any]] = {}
+    return wired([*vehicles, *VEHICLES], list(CONTROLLERS), progress=progress)
+
+
+def data(loops: Loops, progress: Callable[[str], object] = lambda line: None) -> dict[str, Any]:
+    """Return all that the page knows of loops, to be written as JSON; BuildError if the compiler fails."""
+    alike = {pair: _made_of(wiring) for pair, wiring in loops.items()}
+    first = {made_of: loops[pair] for pair, made_of in reversed(alike.items())}
+    kinds = list(dict.fromkeys(alike.values()))
+    made = wasm.modules([first[kind] for kind in kinds], progress)
+    modules = [_module(layout, content) for layout, content in made]
     systems: dict[str, dict[str, Any]] = {}
     for (vehicle, controller), wiring in loops.items():
-        layout = laid_out(wiring)
-        made_of = tuple((element.name, element.fmu) for element in wiring.elements), wiring.links
-        if made_of not in modules:
-            modules[made_of] = _module(wiring, progress)
+        place = kinds.index(alike[vehicle, controller])
         systems.setdefault(vehicle, {})[controller] = {
             "name": named(vehicle, controller),
-            "module": list(modules).index(made_of),
-            "values": _differences(modules[made_of]["start"], layout),
+            "module": place,
+            "values": _differences(modules[place]["start"], laid_out(wiring)),
         }
-    step = next(iter(loops.values())).step_size
     return {
-        "step": step,
+        "step": next(iter(loops.values())).step_size,
         "stop_time": STOP_TIME,
         "vehicles": {vehicle: VEHICLES.get(vehicle, vehicle) for vehicle in systems},
         "controllers": LABELS,
         "first": FIRST,
         "recorded": RECORDED,
         "coupling": COUPLING,
-        "modules": list(modules.values()),
+        "modules": modules,
         "systems": systems,
         "controls": controls.as_data(),
         "judged": judged(),
     }
+
+
+def _made_of(wiring: Wiring) -> Hashable:
+    """Return what systems of one module have in common."""
+    return tuple((element.name, element.fmu) for element in wiring.elements), wiring.links
 
 
 def judged() -> dict[str, Any]:
@@ -102,8 +111,7 @@ def judged() -> dict[str, Any]:
     }
 
 
-def _module(wiring: Wiring, progress: Callable[[str], object]) -> dict[str, Any]:
-    layout, content = wasm.module(wiring, progress)
+def _module(layout: Layout, content: bytes) -> dict[str, Any]:
     return {
         "wasm": packed(content),
         "size": len(content),

@@ -1,7 +1,7 @@
 """The pages as HTML: one file each, that needs neither a network nor a server."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.metadata import version
 from importlib.resources import files
@@ -9,7 +9,6 @@ from string import Template
 from typing import Any, NamedTuple
 
 from ..study.assessment import AXES
-from .bundle import bundled
 
 CLAIM = (
     "The paper says that a PD controller, which knows no force, keeps an offset by the pull of umbilical, arm and "
@@ -39,22 +38,21 @@ class Section(NamedTuple):
     html: str
 
 
-def report(
-    live: Mapping[str, Any], sections: Sequence[Section], progress: Callable[[str], object] = lambda line: None
-) -> str:
+REPORT = ("main.js", "worker.js", "page.css")
+VIEW = ("main.js", "page.css")
+"""What each page is bundled of."""
+
+
+def report(live: Mapping[str, Any], sections: Sequence[Section], bundled: Sequence[str]) -> str:
     """Return the page of the paper.
 
     Parameters
     ----------
     live : `live.data`.
     sections : what comes below.
-    progress : is told in a line what begins.
-
-    Raises
-    ------
-    BundleError : the JavaScript cannot be bundled.
+    bundled : the texts of `REPORT`, by `bundle.bundled`.
     """
-    script, worker, style = bundled("main.js", "worker.js", "page.css", progress=progress)
+    script, worker, style = bundled
     contents = [("live-title", "The loop"), *((section.key, section.title) for section in sections)]
     sizes = sorted(module["size"] for module in live["modules"])
     return _filled(
@@ -75,9 +73,9 @@ def report(
     )
 
 
-def view(title: str, data: Mapping[str, Any], progress: Callable[[str], object] = lambda line: None) -> str:
-    """Return the page of a table of results, of `view.data`; BundleError as in `report`."""
-    script, style = bundled("main.js", "page.css", progress=progress)
+def view(title: str, data: Mapping[str, Any], bundled: Sequence[str]) -> str:
+    """Return the page of a table of results, of `view.data` and the texts of `VIEW`."""
+    script, style = bundled
     return _filled(
         "view",
         style=style,

@@ -1,6 +1,7 @@
 """A whole system as a module of WebAssembly: the C of its FMU, behind a few functions for a page."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from hashlib import sha256
 from importlib.resources import files
 
@@ -17,27 +18,37 @@ OPTIONS = ("-mexec-model=reactor", "-s")
 """It has functions to be called, in the place of a main, and no names for a debugger."""
 
 
-def module(wiring: Wiring, progress: Callable[[str], object] = lambda line: None) -> tuple[Layout, bytes]:
-    """Return a system's variables and its module, which imports nothing; it is kept until its sources change.
+def modules(
+    wirings: Sequence[Wiring], progress: Callable[[str], object] = lambda line: None
+) -> list[tuple[Layout, bytes]]:
+    """Return each system's variables and its module, which imports nothing; it is kept until its sources change.
 
-    The module exports `memory` and the functions of c/live.c.
+    A module exports `memory` and the functions of c/live.c.
 
     Raises
     ------
     UserError : an element is no native FMU of this project.
     BuildError : the compiler fails.
     """
-    layout = laid_out(wiring)
-    own, shared = sources(wiring, layout)
+    layouts = {wiring.name: laid_out(wiring) for wiring in wirings}
+    made_of = {wiring.name: sources(wiring, layouts[wiring.name]) for wiring in wirings}
+    shared = {name: unit for _, units in made_of.values() for name, unit in units.items()}
     objects = linking.objects(shared, TARGET, progress)
-    parts = [zig.recipe(), *zig.arguments(TARGET, "live.wasm", OPTIONS, ())]
-    parts += [f"{name} {sha256(data).hexdigest()}" for name, data in {**own, **objects}.items()]
-    digest = sha256("\n".join(parts).encode()).hexdigest()[:16]
-    kept = project_root() / "build" / "objects" / f"live-{digest}.wasm"
-    if not kept.is_file():
-        progress(f"linking {wiring.name} for {TARGET}")
-        archive.put(kept, zig.compiled({**own, **objects}, TARGET, "live.wasm", OPTIONS))
-    return layout, kept.read_bytes()
+
+    def linked(name: str) -> tuple[Layout, bytes]:
+        own, units = made_of[name]
+        parts = own | {f"{unit}.o": objects[f"{unit}.o"] for unit in units}
+        made = [zig.recipe(), *zig.arguments(TARGET, "live.wasm", OPTIONS, ())]
+        made += [f"{file} {sha256(data).hexdigest()}" for file, data in parts.items()]
+        digest = sha256("\n".join(made).encode()).hexdigest()[:16]
+        kept = project_root() / "build" / "objects" / f"live-{digest}.wasm"
+        if not kept.is_file():
+            progress(f"linking {name} for {TARGET}")
+            archive.put(kept, zig.compiled(parts, TARGET, "live.wasm", OPTIONS))
+        return layouts[name], kept.read_bytes()
+
+    with ThreadPoolExecutor(zig.JOBS) as pool:
+        return list(pool.map(linked, made_of))
 
 
 def sources(wiring: Wiring, layout: Layout) -> tuple[dict[str, bytes], dict[str, Mapping[str, bytes]]]:

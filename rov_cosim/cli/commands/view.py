@@ -28,12 +28,12 @@ from .. import options
 )
 def command(results: Path, system: System | Path | None, changes: Changes, output: Path | None) -> None:
     """Write a page with the moving picture of RESULTS, a CSV of `rov-cosim run`."""
-    from ...report import page, view  # what it loads takes a while
+    from ...report import bundle, page, view  # what it loads takes a while
 
     name = results.stem.partition("+")[0]
     system = system or SYSTEMS[name if name in SYSTEMS else "station_keeping"]
     output = output or results.with_suffix(".html")
     with counted() as warn, opened(system, changes, warn=warn, progress=say) as wiring:
-        text = page.view(results.stem, view.data(results, wiring), progress=say)
+        text = page.view(results.stem, view.data(results, wiring), bundle.bundled(*page.VIEW, progress=say))
     output.write_text(text, encoding="utf-8")
     click.echo(f"{output}: {len(text.encode()) / 1e6:.2f} MB")

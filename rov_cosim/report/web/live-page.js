@@ -53,8 +53,8 @@ export class LivePage {
     for (const [controller, run, set] of runs) {
       if (!run) return;
       run.set = set;
-      run.error = run.rows ? errors(run.column, run.rows) : {};
-      run.score = score(run, this.data.judged);
+      run.error ??= run.rows ? errors(run.column, run.rows) : {};
+      run.score ??= score(run, this.data.judged);
       this.runs.set(controller, run);
     }
     this.#draw();

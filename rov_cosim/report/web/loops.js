@@ -55,7 +55,7 @@ export class Loops {
     return values;
   }
 
-  /** Run a controller's system; of several requests the last is answered, the others with null. */
+  /** Run a controller's system, unless its last run was the same; of several requests the last is answered, the others with null. */
   run(controller, system, set, settings) {
     const worker = this.#worker(controller, system.module);
     const { recorded, step, coupling } = this.data;
@@ -72,9 +72,12 @@ export class Loops {
       steps: Math.round(settings.stop / step),
       references: places.filter((place) => place !== undefined),
     };
+    const asked = JSON.stringify(request);
+    worker.next?.resolve(null);
+    worker.next = null;
+    if (!worker.busy && worker.done?.asked === asked) return worker.done.run;
     return new Promise((resolve) => {
-      worker.next?.resolve(null);
-      worker.next = { request, resolve, known };
+      worker.next = { asked, request, resolve, known };
       this.#begin(worker);
     });
   }
@@ -86,9 +89,10 @@ export class Loops {
     worker = { thread: new Worker(this.source), module, busy: true };
     this.workers[controller] = worker;
     worker.thread.onmessage = ({ data }) => {
-      const { resolve, known, request } = worker.now;
+      const { asked, resolve, known, request } = worker.now;
       worker.busy = false;
-      resolve(new Run(data, known, request.step));
+      worker.done = { asked, run: new Run(data, known, request.step) };
+      resolve(worker.done.run);
       this.#begin(worker);
     };
     this.bytes[module] ??= unpacked(this.data.modules[module].wasm);
