@@ -3,6 +3,7 @@
 import gzip
 from base64 import b64encode
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 from ..components.interface import POSE, WRENCH, XYZ, count
@@ -11,6 +12,8 @@ from ..ssp.values import parse
 from ..ssp.wiring import Wiring
 from ..study import assessment, scores
 from ..study.matrix import Loops, wired
+from ..study.nominal import DoesNotApplyError, Nominal
+from ..study.troubles import ONSET, TROUBLES
 from ..systems.fleet import CONTROLLERS, VEHICLES, named
 from ..whole.layout import COUPLING, Layout, Shown, laid_out
 from . import controls, wasm
@@ -77,6 +80,7 @@ def data(loops: Loops, progress: Callable[[str], object] = lambda line: None) ->
             "name": named(vehicle, controller),
             "module": place,
             "values": _differences(modules[place]["start"], laid_out(wiring)),
+            "troubles": _troubles(wiring),
         }
     return {
         "step": next(iter(loops.values())).step_size,
@@ -89,6 +93,8 @@ def data(loops: Loops, progress: Callable[[str], object] = lambda line: None) ->
         "modules": modules,
         "systems": systems,
         "controls": controls.as_data(),
+        "troubles": {trouble.name: trouble.description for trouble in TROUBLES.values()},
+        "onset": ONSET,
         "judged": judged(),
     }
 
@@ -96,6 +102,16 @@ def data(loops: Loops, progress: Callable[[str], object] = lambda line: None) ->
 def _made_of(wiring: Wiring) -> Hashable:
     """Return what systems of one module have in common."""
     return tuple((element.name, element.fmu) for element in wiring.elements), wiring.links
+
+
+def _troubles(wiring: Wiring) -> Mapping[str, Mapping[str, float]]:
+    """Return the start values of each trouble that applies to a loop."""
+    found = {}
+    for trouble in TROUBLES.values():
+        with suppress(DoesNotApplyError):
+            trouble.applied(wiring)
+            found[trouble.name] = {end: float(value) for end, value in trouble.values(Nominal(wiring)).items()}
+    return found
 
 
 def judged() -> dict[str, Any]:
@@ -117,6 +133,7 @@ def _module(layout: Layout, content: bytes) -> dict[str, Any]:
         "size": len(content),
         "names": [shown.variable.name for shown in layout.variables],
         "start": _starts(layout.variables),
+        "booleans": [shown.variable.name for shown in layout.parameters if shown.variable.type == "Boolean"],
         "limits": {
             shown.variable.valueReference: [_number(shown.variable.min), _number(shown.variable.max)]
             for shown in layout.parameters

@@ -27,6 +27,11 @@ _DETAILS = {
         "thrust commands of the one chosen",
         'in N; dotted: 5 to 8</span> <span class="axes"><b>1 5</b><b>2 6</b><b>3 7</b><b>4 8</b>',
     ),
+    "joints": (
+        "joint angles of the arm of the one chosen",
+        'in degrees; dotted: the wrist</span> <span class="axes"><b>1 4</b><b>2 5</b><b>3 6</b>',
+    ),
+    "reach": ("reach of its arm", "in m; dotted: the length of its links"),
 }
 
 

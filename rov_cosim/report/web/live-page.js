@@ -99,6 +99,7 @@ export class LivePage {
     this.later = setTimeout(
       () => {
         this.#details(run);
+        this.#arm(run);
         this.#motion(run);
       },
       this.built ? REST : 0,
@@ -124,6 +125,30 @@ export class LivePage {
       title: "Thruster commands in N",
       time: run.time,
       series: of(thrusters.map((i) => [`controller.u[${i}]`, `u ${i}`, (i - 1) % 4, i > 4 ? DOTTED : SOLID])),
+    });
+  }
+
+  #arm(run) {
+    const links = [1, 2].map((i) => run.set[`passive_arm.L[${i}]`] ?? this.loops.own(this.system(this.panel.focus), `passive_arm.L[${i}]`));
+    const joints = [1, 2, 3, 4, 5, 6];
+    this.plots.draw($("#plot-joints"), {
+      title: "Joint angles of the arm in degrees",
+      time: run.time,
+      series: joints.map((i) => ({
+        label: `q ${i}`,
+        values: run.column(`passive_arm.q[${i}]`).map((angle) => angle * DEGREES),
+        colour: (i - 1) % 3,
+        dash: i > 3 ? DOTTED : SOLID,
+      })),
+    });
+    const reach = run.column("passive_arm.reach");
+    this.plots.draw($("#plot-reach"), {
+      title: "Reach of the arm in m, and the length of its links",
+      time: run.time,
+      series: [
+        { label: "reach", values: reach, colour: 2, dash: SOLID },
+        { label: "links", values: reach.map(() => links[0] + links[1]), colour: 0, dash: DOTTED },
+      ],
     });
   }
 
@@ -158,16 +183,18 @@ export class LivePage {
     $("#strip").innerHTML = [...this.runs]
       .map(([name, { score }]) => `<span class="verdict ${score.verdict}"><b>${this.data.controllers[name]}</b> ${score.verdict}</span>`)
       .join("");
+    const untroubled = (controller) =>
+      this.loops.troubled(this.system(controller)) ? "" : `${this.loops.trouble} does not apply, and runs without it`;
     const notes = [...this.runs].flatMap(([controller, run]) =>
-      [run.failure, run.warning].filter(Boolean).map((text) => `${this.data.controllers[controller]}: ${text}`),
+      [untroubled(controller), run.failure, run.warning].filter(Boolean).map((text) => `${this.data.controllers[controller]}: ${text}`),
     );
     $("#notes").textContent = notes.join("\n");
   }
 
   #command(run) {
-    const booleans = new Set(["controller.adaptation"]);
     const system = this.system(this.panel.focus);
-    $("#command").textContent = command(system, run.set, this.panel.settings, (end) => booleans.has(end));
+    const { booleans } = this.data.modules[system.module];
+    $("#command").textContent = command(system, run.set, this.panel.settings, booleans);
     $("#command-of").textContent = this.data.controllers[this.panel.focus];
   }
 

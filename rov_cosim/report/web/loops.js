@@ -20,11 +20,11 @@ export class Loops {
     return this.places[module].get(end);
   }
 
-  /** Return the value that a system has by itself. */
+  /** Return the value that a system has by itself, in the trouble that is chosen. */
   own(system, end) {
     const place = this.place(system, end);
     if (place === undefined) return undefined;
-    return system.values[place] ?? this.data.modules[system.module].start[place];
+    return system.troubles[this.trouble]?.[end] ?? system.values[place] ?? this.data.modules[system.module].start[place];
   }
 
   limited(system, place, value) {
@@ -32,9 +32,14 @@ export class Loops {
     return Math.min(Math.max(value, low ?? -Infinity), high ?? Infinity);
   }
 
-  /** Return what the controls set of a system, by `element.variable`. */
+  /** Tell whether the trouble that is chosen, if one is, comes over a system. */
+  troubled(system) {
+    return !this.trouble || this.trouble in system.troubles;
+  }
+
+  /** Return what the trouble and the controls set of a system, by `element.variable`. */
   set(system, controls, chosen) {
-    const values = {};
+    const values = { ...system.troubles[this.trouble] };
     for (const control of controls) {
       const word = chosen[control.key];
       if (word === undefined) continue;
@@ -139,9 +144,10 @@ export class Run {
 }
 
 /** Return the command that repeats a run. */
-export function command(system, set, settings, isBoolean) {
+export function command(system, set, settings, booleans) {
   const words = ["rov-cosim", "run", system.name, "--stop-time", String(settings.stop)];
   if (settings.coupling === 1) words.push("--coupling", "gauss-seidel");
-  for (const [end, value] of Object.entries(set)) words.push("--set", `${end}=${isBoolean(end) ? Boolean(value) : value}`);
+  for (const [end, value] of Object.entries(set))
+    words.push("--set", `${end}=${booleans.includes(end) ? Boolean(value) : value}`);
   return words.map((word) => (/^[\w.=,:\/+-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`)).join(" ");
 }

@@ -12,6 +12,9 @@ export class Panel {
     this.values = {}; // what is chosen, by the key of its control
     this.vehicleInput = choice(document.querySelector("#vehicle"), Object.entries(data.vehicles));
     this.vehicleInput.addEventListener("change", () => this.#vehicle(this.vehicleInput.value));
+    const troubles = Object.entries(data.troubles).map(([name, description]) => [name, `${name}: ${description}`]);
+    this.troubleInput = choice(document.querySelector("#trouble"), [["", "none"], ...troubles]);
+    this.troubleInput.addEventListener("change", () => this.#trouble(this.troubleInput.value));
     this.stopInput = document.querySelector("#stop");
     this.couplingInput = document.querySelector("#coupling");
     for (const input of [this.stopInput, this.couplingInput]) input.addEventListener("change", () => this.changed());
@@ -54,6 +57,7 @@ export class Panel {
     if (this.focus !== d.focus) words.push(["focus", this.focus]);
     if (this.settings.stop !== d.stop) words.push(["stop", this.settings.stop]);
     if (this.settings.coupling) words.push(["coupling", this.settings.coupling]);
+    if (this.loops.trouble) words.push(["trouble", this.loops.trouble]);
     words.push(...Object.entries(this.values));
     return words.length ? "#" + new URLSearchParams(words) : "";
   }
@@ -65,6 +69,7 @@ export class Panel {
     const known = (word, among, otherwise) => (Object.hasOwn(among, word) ? word : otherwise);
     this.vehicle = known(words.get("vehicle"), this.data.vehicles, d.vehicle);
     this.vehicleInput.value = this.vehicle;
+    this.troubleInput.value = this.loops.trouble = known(words.get("trouble"), this.data.troubles, "");
     const shown = (words.get("shown")?.split(",") ?? d.shown).filter((name) => this.boxes[name]);
     for (const [name, box] of Object.entries(this.boxes)) box.checked = shown.includes(name);
     this.focus = known(words.get("focus"), this.boxes, shown.includes(d.focus) ? d.focus : shown.at(-1) ?? d.focus);
@@ -84,6 +89,7 @@ export class Panel {
 
   reset() {
     this.values = {};
+    this.troubleInput.value = this.loops.trouble = "";
     this.stopInput.value = this.defaults.stop;
     this.couplingInput.value = "0";
     this.#refresh();
@@ -93,6 +99,16 @@ export class Panel {
   #vehicle(name) {
     this.vehicle = name;
     this.values = {};
+    this.#refresh();
+    this.changed();
+  }
+
+  /** Take a trouble, and so long a run that what comes in it is seen. */
+  #trouble(name) {
+    this.loops.trouble = name;
+    const systems = Object.values(this.data.systems[this.vehicle]);
+    const comes = systems.some(({ troubles }) => Object.values(troubles[name] ?? {}).includes(this.data.onset));
+    if (comes) this.stopInput.value = Math.max(this.settings.stop, 2.5 * this.data.onset);
     this.#refresh();
     this.changed();
   }
