@@ -122,10 +122,8 @@ def test_the_description_says_what_the_interface_declares(fmi3_fmus, name):
             assert {variable.unit or ""} >= (set(signal.units) if len(set(signal.units)) == 1 else {""})
             assert len(set(signal.units)) == 1 or all(f" in {unit}" in variable.description for unit in signal.units)
             if causality != "output":
-                start = [
-                    {"true": 1.0, "false": 0.0}.get(word) or float(word != "false" and word)
-                    for word in variable.start.split()
-                ]
+                words = {"true": 1.0, "false": 0.0}
+                start = [words[word] if word in words else float(word) for word in variable.start.split()]
                 assert start == signal.elements(signal.start).tolist()
             if causality == "parameter":
                 assert variable.variability == ("tunable" if signal.tunable else "fixed")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
+from threading import Lock
 
 from fmpy.model_description import ModelDescription
 
@@ -16,6 +17,8 @@ from . import archive, c_tables, documentation, fmi3_description, model_descript
 CHECKSUMS = "sources/binaries.sha256"
 _SAMPLED_ONLY = {"sampled.c", "noise.c", "noise.h"}
 _CONTINUOUS_ONLY = {"continuous.c"}
+_TRACING = Lock()
+"""CasADi's graphs are for one thread at a time."""
 
 
 def export(
@@ -37,8 +40,9 @@ def export(
     ------
     BuildError : the C compiler fails, or has no target for this machine.
     """
-    progress(f"tracing {component.name}")
-    code = sources(component, fmi)
+    with _TRACING:
+        progress(f"tracing {component.name}")
+        code = sources(component, fmi)
     content = _entries(component, code) if fmi == 2 else _entries_of_3(component, code)
     kept = kept_binaries(archive.present(path), content, component.name, fmi)
     wanted = set(platforms) or {zig.host_platform(fmi)}
