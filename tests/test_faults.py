@@ -6,6 +6,7 @@ import sys
 import pytest
 
 import faults
+from rov_cosim.exporters.build import FMI3, build_fmus, components, fmu_path, project_root
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="faults.py loads the linux64 binary")
 
@@ -65,6 +66,26 @@ def test_a_system_answers_all_as_the_page_tells(systems):
             assert_answered(answers[fault.name].replace(r"\*", "*"), faults.expected(fault, faults.SYSTEM))
     page = recorded()
     assert {name: page[name]["system"] for name in answers} == answers
+
+
+@pytest.fixture(scope="module")
+def three():
+    build_fmus(project_root(), FMI3)
+    return {name: fmu_path(project_root(), name, FMI3) for name in components()}
+
+
+@pytest.mark.parametrize("fault", faults.OF_THREE, ids=lambda fault: fault.name)
+def test_fmi_3_answers_what_is_its_own(three, fault):
+    assert_answered(faults.answer(three[fault.component], fault), fault.expected)
+
+
+@pytest.mark.slow
+def test_fmi_3_answers_all_as_the_page_tells(native, three):
+    answers = faults.answers(three, FMI3)
+    for fault in faults.FAULTS:
+        if not fault.only_two:
+            assert_answered(answers[fault.name], faults.expected(fault, FMI3))
+    assert faults.PAGE.read_text(encoding="utf-8").endswith(faults.page_of_three(native, answers))
 
 
 def test_the_page_is_current(native):
