@@ -126,6 +126,11 @@ def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
     )
 
 
+def file_of(vehicle: str) -> Path:
+    """Return the file of one of `VEHICLES`."""
+    return Path(__file__).parent / "vehicles" / f"{vehicle}.ssv"
+
+
 @cache
 def parameters_of(vehicle: str) -> Mapping[str, Value]:
     """Return the parameters of `rov_plant` for one of `VEHICLES`, or for the vehicle of an SSV file.
@@ -134,7 +139,7 @@ def parameters_of(vehicle: str) -> Mapping[str, Value]:
     ------
     WiringError : its file is missing or wrong, or has not all parameters.
     """
-    path = Path(vehicle) if vehicle.endswith(".ssv") else Path(__file__).parent / "vehicles" / f"{vehicle}.ssv"
+    path = Path(vehicle) if vehicle.endswith(".ssv") else file_of(vehicle)
     found = read_parameter_set(path, describe(ROV_PLANT))
     if vehicle not in VEHICLES and (lacking := parameters_of(next(iter(VEHICLES))).keys() - found.keys()):
         names = ", ".join(sorted(lacking)[:4])

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from rov_cosim.cli.commands import handover as handover_command
+from rov_cosim.handover.kit import importing_page
 from rov_cosim.importers import page
 from rov_cosim.importers.driving import deviation
 from rov_cosim.importers.measuring import CONTROLLER, SYSTEM, ImporterError, measure
@@ -65,7 +66,7 @@ def test_a_deviation_misses_nothing():
 @pytest.mark.parametrize("title", SECTIONS)
 def test_the_examples_of_a_tool_run(fmus, archives, tmp_path, title):
     skip_unless_installed(SECTIONS[title])
-    text = (ROOT / "rov_cosim" / "importers" / "importing.md.in").read_text()
+    text = importing_page()
     (section,) = re.findall(rf"^## {title} \(run here\)$(.*?)^## ", text, re.M | re.S)
     blocks = re.findall(r"^```(\w+)\n(.*?)^```$", section, re.M | re.S)
     assert blocks

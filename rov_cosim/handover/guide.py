@@ -1,15 +1,18 @@
 """The guide of a kit: what lies in it, how to wire and run it, what every port means, how to prove an import."""
 
 from collections.abc import Iterable
+from importlib.metadata import distribution
 from importlib.resources import files
 
 from ..components.cases import Case
 from ..components.interface import Component, Sampled, Signal
+from ..control.tuning import Rule, Timing, TuningError, earth_inertia, tuned
 from ..exporters import native_export
 from ..exporters.documentation import names, readme
 from ..exporters.model_description import literal
 from ..ssp.z_down import sign
-from ..systems.loop import element_of
+from ..systems import fleet
+from ..systems.loop import CONTROLLER, element_of
 
 _SAMPLED = "samples are taken at multiples of `sample_time`"
 _CONTINUOUS = "the vehicle is integrated in internal steps of at most `max_step`"
@@ -31,11 +34,14 @@ def guide(component: Component, cases: tuple[Case, ...], platforms: Iterable[str
     required = [signal for signal in component.inputs if signal.type == "Boolean" and signal.key.endswith("valid")]
     essential = "".join(f"`{signal.key}` must be true for a measurement to be used. " for signal in required)
     page = readme(component).split("\n", 1)[1].strip()
-    template = (files(__package__) / "guide.md.in").read_text(encoding="utf-8")
+    template = _text("guide.md.in")
     ports = [signal for signal in component.inputs + component.outputs if signal.axes]
     angle = next(name for signal in reversed(ports) for name in signal.names if name.endswith(".psi"))
     scalar, group = [signal for signal in ports if angle not in signal.names][:2]
+    is_controller = element_of(component.name) == CONTROLLER
     return template.format(
+        holding=_text("holding.md.in").replace("{name}", component.name) if is_controller else "",
+        gains=_gains(component) if is_controller else "",
         title=component.title,
         name=component.name,
         description=component.description,
@@ -57,7 +63,53 @@ def guide(component: Component, cases: tuple[Case, ...], platforms: Iterable[str
         scalar=scalar.names[0],
         angle=angle,
         group=group.key,
+        output=component.outputs[0].key,
+        home=_home(),
     )
+
+
+def _home() -> str:
+    """Return where the project says that it lives, if it does."""
+    urls = distribution("rov-cosim").metadata.get_all("Project-URL") or []
+    return "".join(f" {label}: <{url}>." for label, url in (one.split(", ", 1) for one in urls))
+
+
+def _text(file: str) -> str:
+    return (files(__package__) / file).read_text(encoding="utf-8")
+
+
+def _gains(component: Component) -> str:
+    """Return the section on gains for a vehicle, empty for a controller that the rule is not for."""
+    of = {name: fleet.parameters_of(name) for name in fleet.VEHICLES}
+    try:
+        assert isinstance(component, Sampled)
+        gains = {v: tuned(component, fleet.inertia(p), fleet.shared(component, p)) for v, p in of.items()}
+    except TuningError:
+        return ""
+    rows = {f"`{name}`": [gains[v][name] for v in of] for name in next(iter(gains.values()))}
+    inertia = [earth_inertia(fleet.inertia(p)) for p in of.values()]
+    head = {f"M {axis}": [M[i] for M in inertia] for i, axis in ((0, "x, y"), (2, "z"), (5, "psi"))}
+    left_out = (".phi`", ".theta`", "M.x`", "M.y`", "K_P.y`", "K_D.y`", "K_I.y`")
+    shown = head | {name: row for name, row in rows.items() if not name.endswith(left_out)}
+    lines = [["", *(f"`{name}`" for name in of)], ["---"] * (len(of) + 1)]
+    lines += [[name, *(f"{value:.4g}" for value in row)] for name, row in shown.items()]
+    timing, has_estimate = Timing(), "epsilon_0" in component.p.names
+    return _text("gains.md.in").format(
+        name=component.name,
+        lag=1e3 * timing.lag,
+        omega=Rule().omega(timing),
+        rule=_ADAPTED if has_estimate else _INTEGRATED,
+        table="\n".join(f"| {' | '.join(line)} |" for line in lines),
+    )
+
+
+_INTEGRATED = "    K_P = M omega^2        K_D = 1.4 M omega        K_I = (omega / 10) M omega^2"
+_ADAPTED = """\
+    K_P = 0.8 M omega^2        K_D = 1.4 M omega        epsilon_0 = omega / 2        W Gamma W^T = 0.2 M omega^2
+
+W Gamma W^T is what the adapted forces add up to in an axis. Forces that act in the same axis share it by the inertia that each feels at
+its point of attack; what their levers make of the yaw counts there. By hand: Gamma.F_A = Gamma.F_C = 0.1 M omega^2 along x and y, a
+third of 0.2 M omega^2 for each of dB, F_C.z and F_A.z."""
 
 
 def _ports(signals: tuple[Signal, ...], with_start: bool) -> str:

@@ -11,7 +11,7 @@ from ...control.tuning import Rule, Timing, TuningError, tuned
 from ...ssp.declaration import wire
 from ...ssp.values import Value
 from ...ssp.wiring import suggestion
-from ...ssp.writer import values_set
+from ...ssp.writer import parameter_set, values_set
 from ...study.certificate_page import loop_lines, work_lines
 from ...study.looped import loop_of
 from ...study.screen import say
@@ -46,6 +46,12 @@ _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
     help="Write the gains, for --parameters of `rov-cosim run`.",
 )
 @click.option(
+    "--alone",
+    type=click.Path(dir_okay=False, path_type=Path),
+    callback=options.suffix(".ssv"),
+    help="Write all parameters of the controller, for its FMU alone in another tool.",
+)
+@click.option(
     "--plot",
     type=click.Path(dir_okay=False, path_type=Path),
     callback=options.suffix(".png", ".svg"),
@@ -61,6 +67,7 @@ def command(
     damping: float,
     bandwidth: float,
     output: Path | None,
+    alone: Path | None,
     plot: Path | None,
 ) -> None:
     """Tune a controller for VEHICLE, a name of the fleet or a file of the same parameters, VEHICLE.ssv."""
@@ -104,5 +111,9 @@ def command(
         name = fleet.named(vehicle, controller)
         step = f" --step {sample_time:g}" if sample_time else ""
         click.echo(f"\n{output}: rov-cosim run {name} --parameters {output}{step}")
+    if alone:
+        (element,) = (element for element in wiring.elements if element.name == CONTROLLER)
+        alone.write_bytes(parameter_set(element))
+        click.echo(f"\n{alone}: all parameters of {component.name}.fmu for this vehicle")
     if not certificate.level.is_stable:
         raise TuningError("The loop is unstable with these gains: see the mode above; --bandwidth takes less.")
