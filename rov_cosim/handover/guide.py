@@ -107,9 +107,9 @@ _INTEGRATED = "    K_P = M omega^2        K_D = 1.4 M omega        K_I = (omega 
 _ADAPTED = """\
     K_P = 0.8 M omega^2        K_D = 1.4 M omega        epsilon_0 = omega / 2        W Gamma W^T = 0.2 M omega^2
 
-W Gamma W^T is what the adapted forces add up to in an axis. Forces that act in the same axis share it by the inertia that each feels at
-its point of attack; what their levers make of the yaw counts there. By hand: Gamma.F_A = Gamma.F_C = 0.1 M omega^2 along x and y, a
-third of 0.2 M omega^2 for each of dB, F_C.z and F_A.z."""
+W Gamma W^T is what the adapted forces add up to in an axis. Forces that act in the same axis share it by the inertia
+that each feels at its point of attack; what their levers make of the yaw counts there. By hand: Gamma.F_A = Gamma.F_C =
+0.1 M omega^2 along x and y, a third of 0.2 M omega^2 for each of dB, F_C.z and F_A.z."""
 
 
 def _ports(signals: tuple[Signal, ...], with_start: bool) -> str:
