@@ -1,7 +1,7 @@
-"""Holds a vehicle whose axes have z down (earth north-east-down, body front-right-down), in SciPy, with adaptive_pd.fmu.
+"""Holds a vehicle whose axes have z down (north-east-down, front-right-down), in SciPy, with adaptive_pd.fmu.
 
-pip install fmpy scipy, `python examples/z_down.py`. Such axes are the controller's turned by half a turn about x: on the
-way in and out y, z, pitch and yaw change their signs, and nothing else. Thruster forces have no axes.
+pip install fmpy scipy, `python examples/z_down.py`. Such axes are the controller's turned by half a turn about x: on
+the way in and out y, z, pitch and yaw change their signs, and nothing else. Thruster forces have no axes.
 """
 
 import sys
