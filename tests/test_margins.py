@@ -114,6 +114,18 @@ def test_the_gains_are_what_the_controller_does(certificates, name):
     assert np.diag(found.K_I) == pytest.approx(0.3 * learned, abs=1e-4)
 
 
+def test_a_load_without_gamma_is_not_learned(wirings):
+    """The couple has no Gamma by default; without the arm's nothing has a lever to learn the yaw by."""
+    wiring = wirings["station_keeping"]
+    assert Certificate("", loop_of(wiring)).learned[0] == 7
+    wiring = wiring.with_values({f"controller.Gamma.F_A.{axis}": 0.0 for axis in "xyz"})
+    found = Certificate("", loop_of(wiring))
+    assert (found.learned[0], int(np.sum(found.learned[1] > 0))) == (4, 3)
+    text = "\n".join(page(found))
+    assert "CANNOT BE LEARNED: the moment about (0.00 0.00 1.00) in body axes" in text
+    assert "whatever the constant loads are that it estimates" in text
+
+
 @pytest.mark.slow
 def test_the_page_says_what_cannot_be_learned(wirings):
     wiring = Changes(troubles=("six_dof",)).applied(wirings["bluerov2_heavy"])

@@ -136,13 +136,14 @@ class Certificate:
 
     @cached_property
     def learned(self) -> tuple[int, Matrix, Matrix]:
-        """Number of estimated forces, singular values of W by falling size, and their directions of the wrench, (6, n).
+        """Number of estimated loads, singular values of W by falling size, and their directions of the wrench, (6, n).
 
-        Of the controlled axes; a length of 1 m makes forces of moments.
+        Of the loads whose Gamma is not 0, and of the controlled axes; a length of 1 m makes forces of moments.
         """
         law = self.loop.law
         p = dict(zip(law.p.names, self.loop.parameters[self.loop.controller].tolist(), strict=True))
         W, controlled = estimate_map(law, p)
+        W = W[:, np.asarray(self.loop.p(self.loop.controller).Gamma) > 0]
         rows = np.flatnonzero(controlled)
         directions, sizes, _ = np.linalg.svd(W[rows])
         spread = np.zeros((6, len(rows)))

@@ -157,8 +157,8 @@ def _learned(certificate: Certificate) -> Iterator[str]:
     count, sizes, directions = certificate.learned
     rank = int(np.sum(sizes > LEARNED * sizes[0]))
     yield (
-        f"Learned: {count} forces for {len(sizes)} axes, rank {rank}; {count - rank} combinations of forces cannot be "
-        f"told apart. Weakest: {sizes[rank - 1]:.2g} of {sizes[0]:.2g}."
+        f"Learned: {count} forces and couples for {len(sizes)} axes, rank {rank}; {count - rank} combinations of them "
+        f"cannot be told apart. Weakest: {sizes[rank - 1]:.2g} of {sizes[0]:.2g}."
     )
     for direction in directions[:, rank:].T:
         yield f"CANNOT BE LEARNED: {_in_words(direction, certificate)}."
@@ -192,7 +192,7 @@ def _theorem(certificate: Certificate, worst: Worst | None) -> Iterator[str]:
         f"up to {case.speed:g} m/s and rad/s."
     )
     if all(condition.holds for found in (undamped, damped) for condition in found[-2:]):
-        yield "CERTIFIED by axes: V falls along every motion, whatever constant forces act."
+        yield "CERTIFIED by axes: V falls along every motion, whatever the constant loads are that it estimates."
     else:
         yield "NOT CERTIFIED by this V; that does not mean that it fails."
     for found, which in ((undamped, "undamped"), (damped, "damped")):
