@@ -140,6 +140,19 @@ def test_the_page_tells_of_thrusters_that_are_too_weak(wirings):
     assert any("TOO WEAK" in line for line in page(Certificate("weak", loop_of(wiring))))
 
 
+@pytest.mark.parametrize(("share", "stable"), [(0.75, True), (1.1, False)])
+def test_the_munk_moment_of_a_current_turns_a_yaw_that_is_held_too_softly(wirings, share, stable):
+    values = {f"controller.Gamma.F_A.{axis}": 0.0 for axis in "xyz"}  # the drag taken for the arm's would turn it too
+    values |= {"controller.K_P.psi": 1.0, "controller.Gamma.M.z": 1.6}
+    wiring = wirings["station_keeping"].with_values({**WITHOUT_LOADS, **values})
+    limit = Certificate("", loop_of(wiring)).current_limit
+    K, K_I, K_D = 1.0 + 1.6, 0.3 * 1.6, 45.0
+    assert limit == pytest.approx(np.sqrt((K - 14.7 * K_I / K_D) / 8.0), rel=1e-3)
+    assert (
+        Certificate("", loop_of(wiring.with_values({"rov_plant.current.x": share * limit}))).linear.is_stable == stable
+    )
+
+
 def test_a_loop_of_two_sample_times_is_refused(wirings):
     with pytest.raises(LoopError, match=r"controller is sampled every 0\.06 s"):
         loop_of(wirings["station_keeping"].with_values({"controller.sample_time": 0.06}))

@@ -149,6 +149,11 @@ def work_lines(certificate: Certificate) -> Iterator[str]:
     if np.isfinite(certificate.thrust_noise):
         share = f", {100 * certificate.thrust_noise / limit:.0f} % of the limit" if np.isfinite(limit) else ""
         yield f"Noise moves the noisiest thruster by {certificate.thrust_noise:.3g} N rms{share}."
+    if np.isfinite(certificate.current_limit):
+        yield (
+            f"Yaw is stiffer than the Munk moment of a current up to about {certificate.current_limit:.2g} m/s; in a "
+            f"quicker one it may sway."
+        )
     if certificate.is_adaptive:
         yield from _learned(certificate)
 
