@@ -96,7 +96,7 @@ class Certificate:
 
     @property
     def current_limit(self) -> float:
-        """Speed in m/s of a current along the axis of less inertia up to which the controller holds the yaw; nan if none.
+        """Speed in m/s of a current along the axis of less inertia up to which the controller holds the yaw; nan: none.
 
         The Munk moment of a yaw psi in a current U is |m_v - m_u| U^2 psi, away from the current. It takes from the
         stiffness K, of which K_D K > m_r K_I has to be left (Hurwitz). To some 20 %: without lags, of a vehicle that is
