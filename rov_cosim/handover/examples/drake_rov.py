@@ -26,9 +26,8 @@ class Thrusters(drake.LeafSystem):
         self.DeclareVectorInputPort("state", 13)
         self.DeclareDiscreteState(8)
         self.DeclarePeriodicDiscreteUpdateEvent(STEP, 0.0, self.sample)
-        self.DeclareAbstractOutputPort(
-            "forces", lambda: drake.Value[list[ExternallyAppliedSpatialForce]](), self.forces
-        )
+        forces = drake.Value[list[drake.ExternallyAppliedSpatialForce]]
+        self.DeclareAbstractOutputPort("forces", forces, self.forces)
 
     def _state(self, context):
         state = self.get_input_port().Eval(context)
