@@ -86,7 +86,7 @@ def beside(component: Component, fmu: Path) -> dict[str, bytes]:
 
 def importing_page() -> str:
     """Return how to import the FMUs into the tools of others, in Markdown."""
-    return (files(__package__) / "importing.md").read_text(encoding="utf-8")
+    return (files(__package__) / "importing.md.in").read_text(encoding="utf-8")
 
 
 def _examples(component: Component) -> dict[str, bytes]:
