@@ -55,7 +55,7 @@ The filter is slower than the paper's because the tuning rule damps more: K_D / 
 """
 
 RULE = Rule(integral=0.17, adapted=0.27)
-"""Integrates faster than the rule by itself, for currents vary in a minute, with an epsilon_0 for which V falls."""
+"""Integrates faster than the rule by itself, for currents vary in a minute; the theorem certifies its epsilon_0."""
 
 ARM_SHARE = 0.4
 """Of the adaptation that the rule gives the arm's force, as much is left to it; the umbilical's force takes the rest.
