@@ -10,6 +10,7 @@ lag of the loop. Roll and pitch are free but, as in the paper, not controlled.
 
 from collections.abc import Mapping
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from rov_cosim.components.pid import COMPONENT as PID
 from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
 from rov_cosim.components.sliding_mode import COMPONENT as SLIDING_MODE
 from rov_cosim.components.sun_cheah import COMPONENT as SUN_CHEAH
+from rov_cosim.components.taut_wire import COMPONENT as TAUT_WIRE
 from rov_cosim.components.vehicle import COUPLE, FORCES
 from rov_cosim.control.tuning import Rule, Timing, tuned
 from rov_cosim.exporters.model_description import describe
@@ -30,7 +32,7 @@ from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.parameter_set import read_parameter_set
 from rov_cosim.ssp.values import Value
 from rov_cosim.ssp.wiring import WiringError
-from rov_cosim.systems import station_keeping
+from rov_cosim.systems import station_keeping, station_keeping_taut_wire
 from rov_cosim.systems.loop import CONTROLLER, scenario_loop
 
 VEHICLES = {
@@ -81,6 +83,12 @@ adaptive_pd is the paper's law with the scaled gains, and pd the same without ad
 the literature, with scaled gains.
 """
 
+WIRED = {f"{vehicle}_taut_wire": vehicle for vehicle in ("hoang_kreuzer", "bluerov2_heavy")}
+"""The vehicles that a taut wire measures too, by the name that they have then."""
+
+LOOPS = (*product(VEHICLES, CONTROLLERS), *product(WIRED, ("adaptive_pd", "extended")))
+"""Vehicle and controller of each system of the fleet."""
+
 EXTENDED = ("extended", "pid")
 """Those with `EXTENSIONS`, gains by `RULE`, and the rate of the set-point."""
 
@@ -88,7 +96,7 @@ STOP_TIME = 300.0
 """Duration of a run in s: a trouble may come at 60 s, and the yaw is adapted through the arm's lever, which is slow."""
 
 ATTACHMENT = (0.2, 0.5, 0.4)
-"""Where the arm is fixed to the structure, seen from its base on a vehicle in place, in m: in reach from the start."""
+"""Where arm or wire is fixed to the structure, seen from its base on a vehicle in place, in m; in reach at once."""
 
 
 def named(vehicle: str, controller: str) -> str:
@@ -107,26 +115,30 @@ def of_file(name: str) -> tuple[str, str] | None:
 def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
     """Return the system in which a controller holds one of `VEHICLES`, from the paper's start, under its loads.
 
-    Or the vehicle of an SSV file by its path, with the same parameters as those of the fleet.
+    Or one of `WIRED`, measured by the taut wire, whose tension is then the sensor's load; or the vehicle of an SSV file
+    by its path, with the same parameters as those of the fleet.
     """
-    plant = parameters_of(vehicle)
+    measured, sensor = WIRED.get(vehicle, vehicle), TAUT_WIRE if vehicle in WIRED else PASSIVE_ARM
+    plant = parameters_of(measured)
     component, is_extended = CONTROLLERS[controller], controller in EXTENDED
     gains = extended(component, plant) if is_extended else scaled(component, plant)
     known = {**shared(component, plant), **gains}
     attachment = {
         f"attachment.{axis}": float(plant[f"r_A.{axis}"]) + gap for axis, gap in zip(XYZ, ATTACHMENT, strict=True)
     }
+    described = VEHICLES.get(measured, f"The vehicle of {vehicle}") + ", on a taut wire" * (vehicle in WIRED)
     return scenario_loop(
         named(Path(vehicle).stem, controller),
-        f"{VEHICLES.get(vehicle, f'The vehicle of {vehicle}')}, held by {controller}",
+        f"{described}, held by {controller}",
         {
-            "passive_arm": {**shared(PASSIVE_ARM, plant), **attachment},
+            sensor.name: {**shared(sensor, plant), **attachment, **winch(sensor, plant)},
             CONTROLLER: {**known, "adaptation": False} if controller == "pd" else known,
-            "rov_plant": {**plant, "eta_0.y": 0.5, "eta_0.psi": 2.0, **loads(plant)},
+            "rov_plant": {**plant, "eta_0.y": 0.5, "eta_0.psi": 2.0, **loads(plant, sensor)},
         },
         STOP_TIME,
         component.name,
         set_point_rate=is_extended,
+        sensor=sensor.name,
     )
 
 
@@ -223,13 +235,21 @@ def _learnt_by_couple(
     return {name: float(f"{value:.4g}") for name, value in changed.items()}
 
 
-def loads(plant: Mapping[str, Value]) -> dict[str, Value]:
-    """Return the forces of umbilical and arm: those of the paper's experiment, scaled."""
+def loads(plant: Mapping[str, Value], sensor: Component = PASSIVE_ARM) -> dict[str, Value]:
+    """Return the forces of umbilical and arm, if there is one: those of the paper's experiment, scaled."""
     _, by_load = ratios(plant)
-    paper = station_keeping.SYSTEM.parameters["rov_plant"]
+    system = station_keeping if sensor is PASSIVE_ARM else station_keeping_taut_wire
+    paper = system.SYSTEM.parameters["rov_plant"]
     return {
         name: float(f"{float(paper[name]) * by_load[name]:.4g}") for name in FORCES if name != "dB" and name in paper
     }
+
+
+def winch(sensor: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
+    """Return tensions and stiffness of the winch, if a sensor has one: the declared ones, scaled as the arm's force."""
+    ratio, declared = ratios(plant)[1]["F_A.x"], _declared(sensor)
+    scalable = ("winch_tension", "winch_stiffness", "slack_tension")
+    return {name: float(f"{declared[name] * ratio:.4g}") for name in scalable if name in declared}
 
 
 def _declared(component: Component) -> dict[str, float]:
