@@ -193,13 +193,43 @@ def test_the_command_writes_what_a_run_takes(fmus, tmp_path):
     assert "gains-" in wiring.name
 
 
+UPRIGHT = {f"thruster[{i}].d.{axis}": float(axis == "z") for i in range(1, 9) for axis in "xyz"}
+
+
+@pytest.mark.parametrize("command", ["tune", "run"])
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"mass": -13.5}, "mine.ssv: mass is -13.5; expected a finite number of at least 0.001."),
+        ({"I.zz": -9.0}, "mine.ssv: The mass matrix is not positive definite"),
+        ({"thruster[1].d.x": 0.3}, "mine.ssv: A thruster direction is not of unit length"),
+        (UPRIGHT, "The enabled thrusters cannot produce every controlled wrench (B B^T is singular)"),
+    ],
+    ids=["mass", "inertia", "direction", "thrusters"],
+)
+def test_a_vehicle_that_cannot_be_is_refused_in_a_line(fmus, tmp_path, command, wrong, said):
+    parameters_of.cache_clear()
+    assert said in one_line(call(command, file_of(tmp_path, {**parameters_of("hoang_kreuzer"), **wrong})))
+
+
+def test_the_command_gives_the_extended_law_what_the_fleet_gives_it(fmus, tmp_path):
+    gains = tmp_path / "gains.ssv"
+    ok("tune", "rexrov", "--controller", "extended", "--thruster-lag", 0, "-o", gains)
+    wiring = wire(fleet.holding("rexrov", "extended"))
+    tuned_too = Changes(parameters=(gains,)).applied(wiring)
+    names = fleet.extended(ADAPTIVE_PD, parameters_of("rexrov"))
+    assert {f"Gamma.M.{axis}" for axis in "xyz"} | set(fleet.EXTENSIONS) <= set(names)
+    for name in names:
+        assert tuned_too.value(f"controller.{name}") == wiring.value(f"controller.{name}"), name
+
+
 def test_bad_input_is_told_in_a_line(fmus, tmp_path):
     assert "there is no vehicle bluerov. Did you mean bluerov2" in one_line(call("tune", "bluerov"))
     short = tmp_path / "short.ssv"
     plant = parameters_of("hoang_kreuzer")
     short.write_bytes(file_of(tmp_path, {"mass": plant["mass"]}).read_bytes())
     said = one_line(call("tune", short))
-    assert "parameters of a vehicle are not in it: D_linear.p" in said
+    assert "of a vehicle's parameters: D_linear.p" in said
     gains = tmp_path / "gains.ssv"
     wiring = wire(fleet.holding("hoang_kreuzer"))
     gains.write_bytes(values_set(wiring, {"controller.K_P.x": 1.0}, "a", "").replace(b"controller.K_P", b"pilot.K_P"))

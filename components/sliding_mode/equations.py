@@ -58,8 +58,10 @@ def sample(
     m = measured(x, u, p)
     slope, slope_rate = sliding_slope(m, x.z, p)
     s = m.e_dot + slope
-    disturbance = jacobian(m.eta).T @ (p.K_S * saturation(s, p.boundary_layer))
-    tau = model_wrench(m, slope, slope_rate, p) - disturbance
+    switched = jacobian(m.eta).T @ (p.K_S * saturation(s, p.boundary_layer))
+    tau = model_wrench(m, slope, slope_rate, p) - switched
+    # A vehicle at rest has no drag, but the model's linear drag on the slope is in tau: it holds a part of the forces.
+    disturbance = switched + p.D_linear * (jacobian_inverse(m.eta) @ slope)
 
     growing = np.logical_and(p.integration > 0, np.abs(s) < p.boundary_layer)
     return (

@@ -9,7 +9,9 @@ _ROW, _WIDTH, _BOX, _TOP = 34, 1080, (400, 680), 70
 _STYLE = (
     "text { font: 14px system-ui, sans-serif; fill: #1b2733; } .far { fill: #5b7083; } .title { font-weight: bold; }"
     " .box { fill: #eaf1f6; stroke: #0b3c5d; } line { stroke: #0b3c5d; stroke-width: 2; }"
-    " .free { stroke-dasharray: 5 4; }"
+    " .free { stroke-dasharray: 5 4; } marker path { fill: #0b3c5d; }"
+    " @media (prefers-color-scheme: dark) { text { fill: #d7e1ea; } .far { fill: #9db2c2; }"
+    " .box { fill: #18232c; stroke: #58b4e5; } line { stroke: #58b4e5; } marker path { fill: #58b4e5; } }"
 )
 
 
@@ -22,7 +24,7 @@ def wiring_diagram(component: Component) -> str:
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {height}" width="{_WIDTH}" height="{height}">',
         f"<style>{_STYLE}</style>",
         '<defs><marker id="head" viewBox="0 0 10 10" refX="10" refY="5" markerWidth="8" markerHeight="8" orient="auto">'
-        '<path d="M0 0 L10 5 L0 10 z" fill="#0b3c5d"/></marker></defs>',
+        '<path d="M0 0 L10 5 L0 10 z"/></marker></defs>',
         f'<rect x="{left}" y="20" width="{right - left}" height="{height - 40}" rx="10" class="box"/>',
         f'<text x="{_WIDTH / 2}" y="46" text-anchor="middle" class="title">{component.name}</text>',
     ]
