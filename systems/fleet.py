@@ -211,6 +211,19 @@ def extended(
     return {**gains, **has, "filter_time_constant": timing.filter_time_constant}
 
 
+def rule_of(controller: str) -> Rule:
+    """Return the rule by which a controller is tuned."""
+    return RULE if controller in EXTENDED else Rule()
+
+
+def tuned_for(controller: str, plant: Mapping[str, Value], timing: Timing, rule: Rule) -> dict[str, Value]:
+    """Return the gains by the rule, shares of the estimates included, of one of `CONTROLLERS` for a vehicle."""
+    component = CONTROLLERS[controller]
+    if controller in EXTENDED:
+        return extended(component, plant, timing, rule)
+    return {**tuned(component, inertia(plant), shared(component, plant), timing, rule)}
+
+
 def _learnt_by_couple(
     gains: Mapping[str, float], plant: Mapping[str, Value], stiffness: NDArray[np.float64], rule: Rule
 ) -> dict[str, float]:

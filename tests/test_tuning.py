@@ -140,19 +140,17 @@ def file_of(folder, plant):
     return path
 
 
-def holds(folder, plant, controller):
-    """Tell how a vehicle holds by the gains of the command, in still water and in a current, and the two systems."""
-    vehicle, gains = file_of(folder, plant), folder / "gains.ssv"
-    parameters_of.cache_clear()
-    ok("tune", vehicle, "--controller", controller, "-o", gains)
-    wiring = wire(fleet.holding(str(vehicle), controller))
-    changed = [Changes(parameters=(gains,), troubles=troubles).applied(wiring) for troubles in ((), ("current",))]
-    return [(score(simulate(one), one).verdict, one) for one in changed]
+def holds(wiring, **gains):
+    """Tell how a vehicle holds, in still water and in a current."""
+    changed = [Changes(**gains, troubles=troubles).applied(wiring) for troubles in ((), ("current",))]
+    return [score(simulate(one), one).verdict for one in changed]
 
 
 @pytest.mark.parametrize("plant", [crate(), pytest.param(pod(), marks=pytest.mark.slow)], ids=["crate", "pod"])
 def test_a_new_vehicle_holds_at_the_first_try(fmus, tmp_path, plant):
-    assert [verdict for verdict, _ in holds(tmp_path, plant, "adaptive_pd")] == ["held", "held"]
+    vehicle, gains = file_of(tmp_path, plant), tmp_path / "gains.ssv"
+    ok("tune", vehicle, "-o", gains)
+    assert holds(wire(fleet.holding(str(vehicle))), parameters=(gains,)) == ["held", "held"]
 
 
 SWAY_IN_A_CURRENT = {
@@ -167,10 +165,18 @@ SWAY_IN_A_CURRENT = {
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("vehicle", VEHICLES)
 def test_every_vehicle_holds_at_the_first_try(fmus, tmp_path, vehicle, factor, controller):
-    (still, _), (in_current, loop) = holds(tmp_path, scaled(vehicle, factor), controller)
+    plant = scaled(vehicle, factor)
+    wiring = wire(fleet.holding(str(file_of(tmp_path, plant)), controller))
+    timing = Timing(
+        filter_time_constant=float(wiring.value("controller.filter_time_constant")),
+        thruster_time_constant=float(plant["thruster_time_constant"]),
+    )
+    gains = fleet.tuned_for(controller, plant, timing, fleet.rule_of(controller))
+    values = {f"controller.{name}": gain for name, gain in gains.items()}
     sways = (vehicle, factor, controller) in SWAY_IN_A_CURRENT
-    assert (still, in_current) == ("held", "oscillates" if sways else "held")
+    assert holds(wiring, values=values) == ["held", "oscillates" if sways else "held"]
     if sways:
+        loop = Changes(values=values, troubles=("current",)).applied(wiring)
         with suppress(LoopError):  # none: no pose at which it could rest
             assert not Certificate("", loop_of(loop)).linear.is_stable
 
@@ -219,7 +225,6 @@ UPRIGHT = {f"thruster[{i}].d.{axis}": float(axis == "z") for i in range(1, 9) fo
     ids=["mass", "inertia", "direction", "thrusters"],
 )
 def test_a_vehicle_that_cannot_be_is_refused_in_a_line(fmus, tmp_path, command, wrong, said):
-    parameters_of.cache_clear()
     assert said in one_line(call(command, file_of(tmp_path, {**parameters_of("hoang_kreuzer"), **wrong})))
 
 
