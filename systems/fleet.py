@@ -57,7 +57,7 @@ The filter is slower than the paper's because the tuning rule damps more: K_D / 
 """
 
 RULE = Rule(integral=0.17, adapted=0.27)
-"""Integrates faster than the rule by itself, for currents vary in a minute, with an epsilon_0 for which V falls."""
+"""Integrates faster than the rule by itself, for currents vary in a minute; the theorem certifies its epsilon_0."""
 
 ARM_SHARE = 0.4
 """Of the adaptation that the rule gives the arm's force, as much is left to it; the umbilical's force takes the rest.
@@ -214,6 +214,19 @@ def extended(
     if "Gamma.M.z" in gains:
         gains |= _learnt_by_couple(gains, plant, inertia(plant)[3:] * rule.omega(timing) ** 2, rule)
     return {**gains, **has, "filter_time_constant": timing.filter_time_constant}
+
+
+def rule_of(controller: str) -> Rule:
+    """Return the rule by which a controller is tuned."""
+    return RULE if controller in EXTENDED else Rule()
+
+
+def tuned_for(controller: str, plant: Mapping[str, Value], timing: Timing, rule: Rule) -> dict[str, Value]:
+    """Return the gains by the rule, shares of the estimates included, of one of `CONTROLLERS` for a vehicle."""
+    component = CONTROLLERS[controller]
+    if controller in EXTENDED:
+        return extended(component, plant, timing, rule)
+    return {**tuned(component, inertia(plant), shared(component, plant), timing, rule)}
 
 
 def _learnt_by_couple(

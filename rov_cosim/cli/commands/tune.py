@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ...control.certificate import Certificate
-from ...control.tuning import Rule, Timing, TuningError, tuned
+from ...control.tuning import Rule, Timing, TuningError
 from ...ssp.declaration import wire
 from ...ssp.values import Value
 from ...ssp.wiring import suggestion
@@ -81,12 +81,8 @@ def command(
     timing = Timing(
         sample_time or float(own["sample_time"]), filter_time_constant or float(own["filter_time_constant"]), lag, delay
     )
-    if controller in fleet.EXTENDED:
-        rule = replace(fleet.RULE, bandwidth=bandwidth, damping=damping)
-        gains = fleet.extended(component, plant, timing, rule)
-    else:
-        rule = Rule(bandwidth, damping)
-        gains = {**tuned(component, fleet.inertia(plant), fleet.shared(component, plant), timing, rule)}
+    rule = replace(fleet.rule_of(controller), bandwidth=bandwidth, damping=damping)
+    gains = fleet.tuned_for(controller, plant, timing, rule)
     of_loop: dict[str, Any] = {
         f"{CONTROLLER}.filter_time_constant": filter_time_constant,
         "rov_plant.thruster_time_constant": thruster_lag,
