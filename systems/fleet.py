@@ -205,15 +205,21 @@ def extended(
 ) -> dict[str, Value]:
     """Return the gains of a controller for a vehicle by the tuning rule, and what it has of `EXTENSIONS`.
 
-    If left out, timing is that of the loop with the filter of `EXTENSIONS` and ideal thrusters: what Heavy and RexROV
-    have of lag, 20 and 50 ms, costs more of the integral than it takes of the margins.
+    If left out, timing is `timing_of` the extended law, with ideal thrusters: what Heavy and RexROV have of lag, 20 and
+    50 ms, costs more of the integral than it takes of the margins.
     """
     has = {name: value for name, value in EXTENSIONS.items() if name in component.p.names}
-    timing = timing or Timing(filter_time_constant=float(EXTENSIONS["filter_time_constant"]))
+    timing = timing or timing_of("extended")
     gains = tuned(component, inertia(plant), shared(component, plant), timing, rule)
     if "Gamma.M.z" in gains:
         gains |= _learnt_by_couple(gains, plant, inertia(plant)[3:] * rule.omega(timing) ** 2, rule)
     return {**gains, **has, "filter_time_constant": timing.filter_time_constant}
+
+
+def timing_of(controller: str) -> Timing:
+    """Return what delays the loop of a controller, with thrusters without lag."""
+    has_filter = controller in EXTENDED
+    return Timing(filter_time_constant=float(EXTENSIONS["filter_time_constant"])) if has_filter else Timing()
 
 
 def rule_of(controller: str) -> Rule:

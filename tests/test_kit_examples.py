@@ -1,6 +1,7 @@
 """What a kit brings to run: its examples hold their plants, its header and its module have the FMU's variables."""
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,13 +14,16 @@ import typed
 from rov_cosim.exporters import archive, zig
 from rov_cosim.exporters.build import components
 from rov_cosim.handover import kit, reference
+from rov_cosim.handover.guide import guide
 from rov_cosim.handover.header import header
 from rov_cosim.systems import fleet
+from rov_cosim.systems.loop import CONTROLLER_COMPONENTS
 from typical import typical
 
 COMPONENTS = components()
 CONTROLLER = COMPONENTS["adaptive_pd"]
-EXAMPLES = Path(kit.__file__).parent / "examples"
+HANDOVER = Path(kit.__file__).parent
+EXAMPLES = HANDOVER / "examples"
 HELD = re.compile(r"held: (\d+\.\d) mm, (\d+\.\d) deg")
 
 
@@ -76,14 +80,43 @@ def errors(said):
     return float(found[1]), float(found[2])
 
 
-def test_the_closed_loops_in_python_and_c_hold_and_agree(folder, tmp_path):
-    status, in_python = run(sys.executable, "examples/closed_loop.py", cwd=folder)
-    assert status == 0, in_python
-    position, yaw = errors(in_python)
+def test_the_closed_loop_holds_as_the_guide_tells(folder):
+    status, said = run(sys.executable, "examples/closed_loop.py", cwd=folder)
+    assert status == 0, said
+    position, yaw = errors(said)
     assert position < 5
     assert yaw < 0.5
+    assert f"`{said.strip()}`" in (HANDOVER / "holding.md.in").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CONTROLLER_COMPONENTS)
+def test_the_loops_of_every_controllers_kit_hold_and_agree(fmus, tmp_path, name):
+    folder = written(name, tmp_path, fmus[name])
+    status, in_python = run(sys.executable, "examples/closed_loop.py", cwd=folder)
+    assert status == 0, in_python
     host = compiled(tmp_path / "closed_loop", "examples/closed_loop.c", folder, "-std=c99")
-    assert run(host, library(folder), cwd=folder) == (0, in_python)
+    assert run(host, library(folder, name), cwd=folder) == (0, in_python)
+    host = compiled(tmp_path / "host", "examples/host.cpp", folder, "-std=c++17")
+    status, said = run(host, library(folder, name), cwd=folder)
+    assert status == 0, said
+    assert max(*errors(in_python), *errors(said)) < 5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["adaptive_pd", "pid"])
+def test_the_guides_gains_are_those_of_the_command(name):
+    table = (
+        guide(COMPONENTS[name], kit.cases_of(COMPONENTS[name]), ["linux64"])
+        .split("## Gains for your vehicle")[1]
+        .split("\n\n| ")[1]
+    )
+    vehicles, _, *rows = (line.strip(" |").split(" | ") for line in table.split("\n\n")[0].splitlines())
+    told = typed.call("tune", "bluerov2", "--controller", name).output  # its thrusters have no lag
+    gains = {row[0].strip("`"): row[1 + vehicles.index("`bluerov2`")] for row in rows if row[0].startswith("`")}
+    assert {"K_P.x", "K_P.psi", "K_D.z"} <= set(gains)
+    for gain, value in gains.items():
+        assert f"controller.{gain} = {value}\n" in told
 
 
 def test_no_example_needs_a_file_of_this_project():
@@ -91,11 +124,13 @@ def test_no_example_needs_a_file_of_this_project():
         assert "rov_cosim" not in file.read_text(encoding="utf-8"), file
 
 
+@pytest.mark.slow
 def test_a_loop_without_estimate_is_told_as_lost(folder, tmp_path):
-    text = (folder / "examples" / "closed_loop.py").read_text(encoding="utf-8")
-    (tmp_path / "fmu.py").write_bytes((folder / "examples" / "fmu.py").read_bytes())
-    (tmp_path / "pd.py").write_text(text.replace("station_keeping.ssv", "station_keeping_pd.ssv"), encoding="utf-8")
-    status, said = run(sys.executable, tmp_path / "pd.py", cwd=folder)
+    shutil.copytree(folder / "examples", tmp_path, dirs_exist_ok=True)
+    text = (tmp_path / "closed_loop.py").read_text(encoding="utf-8")
+    without = text.replace("start_values.ssv", "station_keeping_pd.ssv")
+    (tmp_path / "closed_loop.py").write_text(without, encoding="utf-8")
+    status, said = run(sys.executable, tmp_path / "closed_loop.py", cwd=folder)
     assert status == 1
     assert said.startswith("lost: ")
     assert float(said.split()[1]) > 200  # 25 N on 100 N/m
@@ -149,6 +184,7 @@ def test_the_module_sets_and_gets_by_name(folder, fmu_module):
             it["eta_m"] = 0, 1, 2, 3
 
 
+@pytest.mark.slow
 def test_the_set_of_a_tuned_vehicle_holds_it(folder, fmus, fmu_module, tmp_path):
     done = typed.call("tune", folder / "vehicles" / "bluerov2.ssv", "--alone", tmp_path / "mine.ssv")
     assert done.exit_code == 0, done.output

@@ -6,7 +6,7 @@ from importlib.resources import files
 
 from ..components.cases import Case
 from ..components.interface import Component, Sampled, Signal
-from ..control.tuning import Rule, Timing, TuningError, earth_inertia, tuned
+from ..control.tuning import TuningError, earth_inertia, tuned
 from ..exporters import native_export
 from ..exporters.documentation import names, readme
 from ..exporters.model_description import literal
@@ -81,9 +81,10 @@ def _text(file: str) -> str:
 def _gains(component: Component) -> str:
     """Return the section on gains for a vehicle, empty for a controller that the rule is not for."""
     of = {name: fleet.parameters_of(name) for name in fleet.VEHICLES}
+    timing, rule = fleet.timing_of(component.name), fleet.rule_of(component.name)
     try:
         assert isinstance(component, Sampled)
-        gains = {v: tuned(component, fleet.inertia(p), fleet.shared(component, p)) for v, p in of.items()}
+        gains = {v: tuned(component, fleet.inertia(p), fleet.shared(component, p), timing, rule) for v, p in of.items()}
     except TuningError:
         return ""
     rows = {f"`{name}`": [gains[v][name] for v in of] for name in next(iter(gains.values()))}
@@ -93,23 +94,33 @@ def _gains(component: Component) -> str:
     shown = head | {name: row for name, row in rows.items() if not name.endswith(left_out)}
     lines = [["", *(f"`{name}`" for name in of)], ["---"] * (len(of) + 1)]
     lines += [[name, *(f"{value:.4g}" for value in row)] for name, row in shown.items()]
-    timing, has_estimate = Timing(), "epsilon_0" in component.p.names
+    by_hand = _ADAPTED if "epsilon_0" in component.p.names else _INTEGRATED
     return _text("gains.md.in").format(
         name=component.name,
         lag=1e3 * timing.lag,
-        omega=Rule().omega(timing),
-        rule=_ADAPTED if has_estimate else _INTEGRATED,
+        sample_time=1e3 * timing.sample_time,
+        filter=1e3 * timing.filter_time_constant,
+        bandwidth=rule.bandwidth,
+        omega=rule.omega(timing),
+        rule=by_hand.format(
+            adapted=rule.adapted,
+            left=1 - rule.adapted,
+            damping=2 * rule.damping,
+            epsilon=rule.integral / rule.adapted,
+            integral=rule.integral,
+        ),
         table="\n".join(f"| {' | '.join(line)} |" for line in lines),
     )
 
 
-_INTEGRATED = "    K_P = M omega^2        K_D = 1.4 M omega        K_I = (omega / 10) M omega^2"
+_INTEGRATED = "    K_P = M omega^2        K_D = {damping:g} M omega        K_I = {integral:g} M omega^3"
 _ADAPTED = """\
-    K_P = 0.8 M omega^2        K_D = 1.4 M omega        epsilon_0 = omega / 2        W Gamma W^T = 0.2 M omega^2
+    K_P = {left:g} M omega^2        K_D = {damping:g} M omega        epsilon_0 = {epsilon:g} omega
+    W Gamma W^T = {adapted:g} M omega^2
 
 W Gamma W^T is what the adapted forces add up to in an axis. Forces that act in the same axis share it by the inertia
-that each feels at its point of attack; what their levers make of the yaw counts there. By hand: Gamma.F_A = Gamma.F_C =
-0.1 M omega^2 along x and y, a third of 0.2 M omega^2 for each of dB, F_C.z and F_A.z."""
+that each feels at its point of attack; what their levers make of the yaw counts there. By hand: half of
+it for each of Gamma.F_A and Gamma.F_C along x and y, a third for each of dB, F_C.z and F_A.z."""
 
 
 def _ports(signals: tuple[Signal, ...], with_start: bool) -> str:

@@ -38,7 +38,7 @@ class Vehicle:
             self.eta = self.eta + time / 10 * np.append(R @ self.nu[:3], self.nu[3])
 
 
-with Fmu("adaptive_pd.fmu", "parameters/station_keeping.ssv", STEP) as controller:
+with Fmu("adaptive_pd.fmu", "parameters/start_values.ssv", STEP) as controller:
     r, d = (np.reshape([controller[f"thruster[{i}].{key}"] for i in range(1, 9)], (8, 3)) for key in "rd")
     vehicle = Vehicle(np.column_stack([d, np.cross(r, d)])[:, [0, 1, 2, 5]].T)
     controller["eta_m_valid"] = True
