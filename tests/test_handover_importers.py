@@ -67,7 +67,7 @@ def test_a_deviation_misses_nothing():
 def test_the_examples_of_a_tool_run(fmus, archives, tmp_path, title):
     skip_unless_installed(SECTIONS[title])
     text = importing_page()
-    (section,) = re.findall(rf"^## {title} \(run here\)$(.*?)^## ", text, re.M | re.S)
+    (section,) = re.findall(rf"^## {title} \(run by the tests\)$(.*?)^## ", text, re.M | re.S)
     blocks = re.findall(r"^```(\w+)\n(.*?)^```$", section, re.M | re.S)
     assert blocks
     for path in (*fmus.values(), archives[SYSTEM]):
@@ -78,6 +78,16 @@ def test_the_examples_of_a_tool_run(fmus, archives, tmp_path, title):
         command = [sys.executable, "-c", tbb + text] if language == "python" else ["sh", "-ec", text]
         done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_page_says_of_every_tool_who_ran_its_blocks():
+    for section in importing_page().split("\n## ")[1:]:
+        heading, _, text = section.partition("\n")
+        by_tests = heading.endswith("(run by the tests)")
+        assert not by_tests or heading.removesuffix(" (run by the tests)") in {*SECTIONS, "C host"}, heading
+        assert "```" not in text or by_tests or "not run" in heading, heading
+    committed = (ROOT / "docs" / "IMPORTERS.md").read_text(encoding="utf-8")
+    assert committed.endswith(importing_page())
 
 
 def test_the_committed_page_has_a_measurement_of_every_tool():
