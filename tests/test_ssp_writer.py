@@ -18,9 +18,9 @@ from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.strict_xml import NAMESPACES
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.whole import writer as ssp_writer
-from typical import typical
+from typical import distinct, typical
 
-NAMES = typical(SYSTEMS, "station_keeping")
+NAMES = typical(distinct(SYSTEMS, "minerva_pd"), "station_keeping")
 
 
 def schema(name):
