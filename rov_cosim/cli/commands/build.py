@@ -1,8 +1,11 @@
 """`rov-cosim build`: FMUs and archives."""
 
+from pathlib import Path
+
 import click
 
 from ...exporters.zig import TARGETS
+from ...ssp.declaration import System
 from ...study import archives
 from ...study.screen import say
 from ...systems.catalogue import SYSTEMS
@@ -10,16 +13,20 @@ from .. import options
 
 
 @click.command()
+@click.argument("systems", type=options.SystemType(), nargs=-1)
 @options.export
 @click.option(
     "--all-platforms", is_flag=True, help="Native binaries for Linux, Windows and macOS, not this machine's alone."
 )
 @click.option("--plain-ssp", is_flag=True, help="Archives with SSP content alone, which `fmpy simulate` cannot run.")
-def command(export: str, all_platforms: bool, plain_ssp: bool) -> None:
-    """Build all FMUs and SSP archives; what is current stays untouched."""
+def command(systems: tuple[System | Path, ...], export: str, all_platforms: bool, plain_ssp: bool) -> None:
+    """Build the FMUs of all components, and archives of SYSTEMS, or of all; what is current stays untouched."""
     if all_platforms and export != "native":
         raise click.UsageError("--all-platforms is for the native export: a pythonfmu FMU has all that pythonfmu has.")
+    declared = [system for system in systems or SYSTEMS.values() if isinstance(system, System)]
+    if theirs := [system for system in systems if isinstance(system, Path)]:
+        raise click.UsageError(f"{theirs[0]} is an archive already; name the system that it is of.")
     platforms = TARGETS if all_platforms else ()
-    built = archives.build(*SYSTEMS.values(), export=export, platforms=platforms, plain=plain_ssp, progress=say)
+    built = archives.build(*declared, export=export, platforms=platforms, plain=plain_ssp, progress=say)
     for path, written in built.items():
         click.echo(f"{'built  ' if written else 'current'}  {path}")
