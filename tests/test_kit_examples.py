@@ -142,11 +142,12 @@ def test_the_header_has_the_references_of_the_fmu(fmus, tmp_path, name):
     (tmp_path / f"{name}.h").write_text(header(component), encoding="utf-8")
     lines = [f'#include "{name}.h"', "#include <stdio.h>", "int main(void) {"]
     for signal in component.inputs + component.outputs + component.parameters:
+        group = f"{name}_{'thruster_loss' if 'thruster[1].loss' in signal.names else signal.key}"
         for i, scalar in enumerate(signal.names):
             element = re.sub(r"\W+", "_", scalar).strip("_")
-            own = f"{name}_{element}" if signal.axes else f"{name}_{signal.key}[0]"
-            lines.append(f'printf("{scalar} %u %u\\n", {name}_{signal.key}[{i}], (unsigned){own});')
-        lines.append(f'printf("count {signal.size} %d\\n", {name}_{signal.key}_count);')
+            own = f"{name}_{element}" if signal.axes else f"{group}[0]"
+            lines.append(f'printf("{scalar} %u %u\\n", {group}[{i}], (unsigned){own});')
+        lines.append(f'printf("count {signal.size} %d\\n", {group}_count);')
     lines += [f"for (int i = 0; i < {name}_variable_count; i++)"]
     lines += [
         f'printf("%s %u %c\\n", {name}_variables[i].name, {name}_variables[i].reference, {name}_variables[i].type);'

@@ -3,6 +3,7 @@
 import re
 import textwrap
 from collections.abc import Iterator
+from itertools import combinations
 
 from ..components.interface import SAMPLE_TIME, Component, Signal
 from ..exporters.model_description import describe
@@ -22,22 +23,28 @@ def header(component: Component) -> str:
     guard = f"{name.upper()}_H"
     references = {v.name: v.valueReference for v in describe(component).modelVariables}
     groups = {"Inputs": component.inputs, "Outputs": component.outputs, "Parameters": component.parameters}
+    every = [signal for signals in groups.values() for signal in signals]
+    called = {signal.names: signal.key for signal in every}
+    for first, second in combinations(every, 2):
+        if first.key == second.key:  # as thrust_loss, an output of scenario and parameters thruster[i].loss
+            called[second.names] = _identifier(re.sub(r"\[\d+]", "", second.names[0]))
     lines = [_PREFACE.format(name=name, version=description(component).version)]
     lines += [f"#ifndef {guard}", f"#define {guard}", ""]
     lines += [f'#define {name.upper()}_GUID "{description(component).guid}"']
     lines += [f"#define {name.upper()}_STEP {SAMPLE_TIME!r} /* s */"]
     for title, signals in groups.items():
-        lines += ["", f"/* {title} */", *(line for s in signals for line in _group(name, s, references))]
+        lines += ["", f"/* {title} */"]
+        for signal in signals:
+            lines += _group(f"{name}_{called[signal.names]}", name, signal, references)
     lines += ["", f"enum {{ {name}_variable_count = {len(references)} }};", ""]
     lines += ["static const struct {", "    const char *name;", "    unsigned int reference;"]
     lines += ["    char type; /* R: Real, I: Integer, B: Boolean */", f"}} {name}_variables[] = {{"]
-    every = (signal for signals in groups.values() for signal in signals)
     lines += [f"    {{\"{n}\", {references[n]}, '{signal.type[0]}'}}," for signal in every for n in signal.names]
     return "\n".join([*lines, "};", "", "#endif", ""])
 
 
-def _group(prefix: str, signal: Signal, references: dict[str, int]) -> Iterator[str]:
-    group, numbers = f"{prefix}_{signal.key}", [references[name] for name in signal.names]
+def _group(group: str, prefix: str, signal: Signal, references: dict[str, int]) -> Iterator[str]:
+    numbers = [references[name] for name in signal.names]
     what = ", ".join(filter(None, [signal.type, *dict.fromkeys(signal.units)]))
     elements = [f"{prefix}_{_identifier(n)} = {i}" for n, i in zip(signal.names, numbers, strict=True) if signal.axes]
     yield f"/* {signal.description}: {what} */"
