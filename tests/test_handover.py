@@ -22,19 +22,29 @@ from rov_cosim.exporters.build import components
 from rov_cosim.handover import kit, verdict
 from rov_cosim.ssp import swap_map
 from rov_cosim.systems.catalogue import SYSTEMS
+from typical import typical
 
 COMPONENTS = components()
-NAMES = list(COMPONENTS)
+NAMES = typical(COMPONENTS, "adaptive_pd", "passive_arm")
 CONTROLLER = COMPONENTS["adaptive_pd"]
 
 pytestmark = pytest.mark.usefixtures("references")
 
 
+class Kits(dict[str, Path]):
+    """The kits' folders by component, each written when it is asked for, with binaries for this machine."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def __missing__(self, name: str) -> Path:
+        return self.setdefault(name, kit.write(COMPONENTS[name], self._folder, [zig.host_platform()])[0])
+
+
 @pytest.fixture(scope="module")
 def kits(tmp_path_factory, references) -> dict[str, Path]:
     """Return the kits' folders by component, with binaries for this machine."""
-    folder = tmp_path_factory.mktemp("kits")
-    return {name: kit.write(component, folder, [zig.host_platform()])[0] for name, component in COMPONENTS.items()}
+    return Kits(tmp_path_factory.mktemp("kits"))
 
 
 @pytest.mark.parametrize("name", NAMES)

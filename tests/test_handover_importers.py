@@ -20,7 +20,7 @@ from rov_cosim.importers.tools import IMPORTERS, Importer
 from typed import call
 
 ROOT = Path(__file__).parent.parent
-SLOW = {("fmpy_command", "controller"), ("toolbox", "controller"), ("toolbox", "loop")}
+SLOW = {("fmpy_command", "controller"), ("toolbox", "controller"), ("toolbox", "loop"), ("sofirpy", "controller")}
 SECTIONS = {
     "FMPy": "fmpy",
     "Ecos": "ecos",

@@ -22,8 +22,9 @@ from rov_cosim.study.matrix import Cell, MatrixError, run_all, wired
 from rov_cosim.study.score_table import write_scores
 from rov_cosim.study.scores import VERDICTS
 from rov_cosim.study.troubles import TROUBLES
+from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.fleet import CONTROLLERS, STOP_TIME, VEHICLES
-from typed import call
+from typed import call, one_line
 
 VEHICLE = "bluerov2"
 
@@ -120,6 +121,16 @@ def test_the_heat_map_shows_each_verdict_in_its_colour(small, tmp_path):
     size = {verdict: (shown[verdict] - legend) / cells[verdict] for verdict in ("held", "offset", "lost")}
     assert size["held"] == pytest.approx(size["offset"], rel=0.15)
     assert size["lost"] == pytest.approx(size["offset"], rel=0.3)  # no figures stand in it
+
+
+def test_a_swapped_controller_is_one_column_called_by_its_own_name(fmus, tmp_path):
+    swapped = Changes(swaps={"controller": fmus["sun_cheah"]})
+    loops = wired([VEHICLE], ("adaptive_pd", "pid", "pd"), swapped, systems=[SYSTEMS["station_keeping"]])
+    assert list(loops) == [(VEHICLE, "sun_cheah"), ("station_keeping", "sun_cheah")]
+    two = ("--controller", "pid", "--controller", "pd", "--swap", f"controller={fmus['sun_cheah']}")
+    assert "one controller into all loops: name one --controller" in one_line(
+        call("matrix", *two, "--output", tmp_path)
+    )
 
 
 def test_an_interrupted_matrix_keeps_its_scores(loops):

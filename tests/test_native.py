@@ -11,6 +11,7 @@ from rov_cosim.components.instance import ComponentError
 from rov_cosim.exporters.build import components
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
+from typical import typical
 
 COMPONENTS = components()
 NAMES = list(COMPONENTS)
@@ -91,7 +92,7 @@ def test_both_take_and_refuse_the_same_steps(native, name, start):
     assert not both(0.0, 0.03)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", typical(NAMES, "passive_arm", "adaptive_pd", "scenario"))
 def test_a_minute_of_random_inputs_agrees_through_save_restore_and_reset(native, name):
     component = COMPONENTS[name]
     values = {**RELAXED[name], **COARSE.get(name, {})}
@@ -142,7 +143,7 @@ def test_the_descriptions_differ_only_where_fmi_demands_it(exported, name):
     assert one.coSimulation.canInterpolateInputs == (name == "rov_plant")
 
 
-@pytest.mark.parametrize("name", ["station_keeping", "paper_simulation", "bluerov2_heavy", "rexrov_pid"])
+@pytest.mark.parametrize("name", typical(["paper_simulation", "bluerov2_heavy", "rexrov_pid"], "bluerov2_heavy"))
 def test_systems_agree_between_exports(archives, python_archives, name):
     assert_systems_agree(archives[name], python_archives[name], 4.5)
 

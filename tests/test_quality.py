@@ -33,6 +33,7 @@ def test_ruff_finds_nothing():
     run("ruff", "format", "--no-cache", "--check", ROOT)
 
 
+@pytest.mark.slow
 def test_mypy_finds_nothing(tmp_path):
     run("mypy", "--cache-dir", tmp_path / "cache", cwd=ROOT)
 

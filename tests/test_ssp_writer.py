@@ -17,12 +17,10 @@ from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.strict_xml import NAMESPACES
 from rov_cosim.systems.catalogue import SYSTEMS
-from rov_cosim.systems.fleet import VEHICLES
 from rov_cosim.whole import writer as ssp_writer
+from typical import typical
 
-ALIKE = tuple(vehicle for vehicle in VEHICLES if vehicle != "hoang_kreuzer")
-NAMES = [pytest.param(name, marks=pytest.mark.slow) if name.startswith(ALIKE) else name for name in SYSTEMS]
-"""The systems; of the fleet's, one vehicle's with each controller stands for the others."""
+NAMES = typical(SYSTEMS, "station_keeping", "paper_simulation_pd", "hoang_kreuzer_pid")
 
 
 def schema(name):

@@ -51,7 +51,7 @@ def pose(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
     arm = _arm(wiring)
     if arm is None:
         return np.stack([results[f"rov_plant.eta.{axis}"] for axis in POSE])
-    return _inputs(results, wiring, f"{arm}.eta")
+    return received(results, wiring, f"{arm}.eta")
 
 
 def measured(results: NDArray[Any], wiring: Wiring) -> NDArray[np.bool_]:
@@ -72,7 +72,7 @@ def errors(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
 
 def errors_of(eta: NDArray[np.float64], results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
     """Return the `errors` of a `pose` that was read before."""
-    set_point = _inputs(results, wiring, f"{controller_of(wiring)}.eta_d")
+    set_point = received(results, wiring, f"{controller_of(wiring)}.eta_d")
     error: NDArray[np.float64] = pose_difference(eta, set_point).T
     return error
 
@@ -165,6 +165,14 @@ def report(results: NDArray[Any], wiring: Wiring) -> str:
     return "\n".join(lines)
 
 
+def received(results: NDArray[Any], wiring: Wiring, group: str) -> NDArray[np.float64]:
+    """Return what the inputs of a pose, ``element.group``, had over time, shape (6, rows)."""
+    values = np.empty((len(POSE), len(results)))
+    for row, axis in zip(values, POSE, strict=True):
+        row[:] = _input(results, wiring, f"{group}.{axis}")
+    return values
+
+
 def _element_with(wiring: Wiring, group: str) -> str | None:
     """Return the name of the first element that has all inputs of a pose."""
     wanted = [f"{group}.{axis}" for axis in POSE]
@@ -183,13 +191,6 @@ def _arm(wiring: Wiring) -> str | None:
 def controller_of(wiring: Wiring) -> str:
     """Return the name of the element that has the set-point as inputs ``eta_d``."""
     return _element_with(wiring, "eta_d") or CONTROLLER
-
-
-def _inputs(results: NDArray[Any], wiring: Wiring, group: str) -> NDArray[np.float64]:
-    values = np.empty((len(POSE), len(results)))
-    for row, axis in zip(values, POSE, strict=True):
-        row[:] = _input(results, wiring, f"{group}.{axis}")
-    return values
 
 
 def _input(results: NDArray[Any], wiring: Wiring, end: str) -> Any:

@@ -13,7 +13,7 @@ from ..ssp.declaration import System, wire
 from ..ssp.values import Value
 from ..ssp.wiring import Wiring
 from ..systems.fleet import holding
-from ..systems.loop import controller_in
+from ..systems.loop import CONTROLLER, controller_in
 from .campaign.case import Case
 from .campaign.errors import CampaignError, with_extra
 from .changes import Changes
@@ -60,7 +60,8 @@ def wired(
 ) -> Loops:
     """Return the loop of each vehicle with each controller, and those of further systems, with changes in them.
 
-    Their FMUs are native ones, built first.
+    Their FMUs are native ones, built first. A controller that is swapped is called by its own FMU, and is the same for
+    all of `controllers`: it gets the parameters of the first, by equal names or its map.
 
     Raises
     ------
@@ -68,9 +69,13 @@ def wired(
     WiringError : a vehicle's file or a change is wrong.
     """
     changes, once = changes or Changes(), cache(warn)  # the same for every loop
-    loops = {pair: holding(*pair) for pair in product(vehicles, controllers)}
+    is_swapped = CONTROLLER in changes.swaps
+    loops = {pair: holding(*pair) for pair in product(vehicles, controllers[:1] if is_swapped else controllers)}
     loops |= {(system.name, controller_in(system)): system for system in systems}
-    return {pair: changes.applied(wire(system, progress=progress), once) for pair, system in loops.items()}
+    wirings = {pair: changes.applied(wire(system, progress=progress), once) for pair, system in loops.items()}
+    if not is_swapped:
+        return wirings
+    return {(vehicle, _fmu_of(CONTROLLER, wiring)): wiring for (vehicle, _), wiring in wirings.items()}
 
 
 def run_all(
@@ -114,6 +119,10 @@ def run_all(
     except CampaignError as error:
         raise MatrixError(str(error), so_far()) from error
     return so_far()
+
+
+def _fmu_of(element: str, wiring: Wiring) -> str:
+    return next(str(one.description.modelName) for one in wiring.elements if one.name == element)
 
 
 def _seeds(wiring: Wiring, further: int) -> dict[str, Value | str]:

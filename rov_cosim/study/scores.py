@@ -97,7 +97,7 @@ def score(results: NDArray[Any], wiring: Wiring, failure: str = "") -> Score:
     wrong = {axis: np.sqrt(np.mean((estimated - true) ** 2)) for axis, (estimated, true) in estimates.items()}
     settled = [settling(results["time"], error[:, i], SETTLED[axis]) for i, axis in enumerate(AXES)]
     latest = max((np.inf if s is None else s) for s in settled)
-    commands = _commands(results, controller)
+    commands = commands_of(results, controller)
     lost_at, reason = _loss(results, wiring, eta, error, commands)
     return Score(
         verdict="lost" if reason else _verdict(mean, e.std(axis=0)),
@@ -117,6 +117,13 @@ def score(results: NDArray[Any], wiring: Wiring, failure: str = "") -> Score:
         lost_at=lost_at,
         reason=reason,
     )
+
+
+def commands_of(results: NDArray[Any], controller: str) -> NDArray[np.float64] | None:
+    """Return the thruster commands, shape (8, rows); None if the controller has no ``u``."""
+    names = [f"{controller}.u[{i}]" for i in count(N_THRUSTERS)]
+    there = set(names) <= set(results.dtype.names or ())
+    return np.stack([results[name] for name in names]) if there else None
 
 
 def _loss(
@@ -168,13 +175,6 @@ def _verdict(mean: NDArray[Any], sway: NDArray[Any]) -> Verdict:
     if beyond(sway, SWAY):
         return "oscillates"
     return "offset" if beyond(mean, OFFSET) else "held"
-
-
-def _commands(results: NDArray[Any], controller: str) -> NDArray[np.float64] | None:
-    """Return the thruster commands, shape (8, rows); None if the controller has no ``u``."""
-    names = [f"{controller}.u[{i}]" for i in count(N_THRUSTERS)]
-    there = set(names) <= set(results.dtype.names or ())
-    return np.stack([results[name] for name in names]) if there else None
 
 
 def _variation(time: NDArray[np.float64], commands: NDArray[np.float64]) -> float:

@@ -20,6 +20,7 @@ from ...study.screen import counted, say
 from ...study.troubles import TROUBLES
 from ...systems.catalogue import SYSTEMS
 from ...systems.fleet import CONTROLLERS, VEHICLES
+from ...systems.loop import CONTROLLER
 from .. import options
 
 MOST_LINES = 30
@@ -71,6 +72,10 @@ def command(
         servant.begin()
     folder = (output or results_folder()).absolute()
     folder.mkdir(parents=True, exist_ok=True)
+    if CONTROLLER in changes.swaps and len(controllers) > 1:
+        raise click.UsageError(
+            "--swap puts one controller into all loops: name one --controller, whose values it gets."
+        )
     chosen = vehicles or (() if systems else tuple(VEHICLES)), controllers or tuple(CONTROLLERS)
     swapped = [f"{element} is {fmu.name}" for element, fmu in changes.swaps.items()]
     note = "; ".join([*swapped, *(f"{name} = {value}" for name, value in changes.values.items())])

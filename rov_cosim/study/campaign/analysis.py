@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from ..limits import UNITS
 from ..scores import VERDICTS, Score
 from .conduct import Outcome
 
@@ -23,18 +24,6 @@ CHANCE = 0.01
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 CLASSES, LEAST = 10, 5
 """Classes of a parameter with more values than that, of equal numbers of runs; and the fewest runs of one."""
-UNITS = {
-    "settling": "s",
-    "effort": "N",
-    "chattering": "N/s",
-    "saturated": "1",
-    "wrong_force": "N",
-    "wrong_moment": "N m",
-    "tilt": "rad",
-}
-UNITS |= {
-    name: "rad" if name.endswith("yaw") else "m" for base in ("mean", "rms", "worst") for name in (base, f"{base}_yaw")
-}
 
 
 class Share(NamedTuple):

@@ -1,6 +1,6 @@
 """A campaign from its file to its table: what is missing is run, and recorded as it comes."""
 
-from collections.abc import Callable, Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,8 +13,9 @@ from ...ssp.checks import problems_of
 from ...ssp.wiring import Wiring, WiringError
 from ..assessment import assessable
 from ..changes import Changes
+from ..limits import broken
 from ..runs import opened
-from ..scores import VERDICTS, Score
+from ..scores import Score
 from . import engine
 from .case import Case
 from .declared import Declared
@@ -91,7 +92,7 @@ def conduct(
             what = "Interrupted:" if isinstance(error, KeyboardInterrupt) else str(error)
             kept = f"{len(records.scores)} of {total} runs are recorded; the same command goes on from there."
             raise CampaignError(f"{what} {kept}") from None
-        passed = {run: passes(score, declared.limits) for run, score in records.scores.items()}
+        passed = {run: not broken(score, declared.limits) for run, score in records.scores.items()}
         records.finish(passed)
     order = range(total)
     return Outcome(declared, draws, tuple(records.scores[n] for n in order), tuple(passed[n] for n in order))
@@ -106,18 +107,6 @@ def check(declared: Declared, draws: Table, wiring: Wiring, warn: Callable[[str]
         changed = _case(declared, draws, run).changes.applied(wiring, warn)
         if problems := problems_of(declared.settings.timed(changed)):
             raise WiringError(wiring.name, problems)
-
-
-def passes(score: Score, limits: Mapping[str, float | str]) -> bool:
-    """Tell whether a run keeps all limits of `Declared`; a score that it has not is beyond any."""
-    for name, limit in limits.items():
-        value = getattr(score, name)
-        if isinstance(limit, str):
-            if VERDICTS.index(value) > [*VERDICTS].index(limit):  # type: ignore[arg-type]
-                return False
-        elif value is None or not value <= limit:
-            return False
-    return True
 
 
 def _case(declared: Declared, draws: Table, run: int) -> Case:

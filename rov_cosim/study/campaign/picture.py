@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..limits import UNITS
 from ..matrix_tables import COLOURS
 from ..plots import save
 from ..scores import VERDICTS
-from .analysis import CHANCE, UNITS, effects, measures, numbers, share
+from .analysis import CHANCE, effects, measures, numbers, share
 from .conduct import Outcome
 
 _COLUMNS = 3
