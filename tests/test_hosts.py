@@ -1,4 +1,4 @@
-"""Hosts unlike ours: that keep time in single precision, trap floating-point exceptions, round and flush their own way, or ARM."""
+"""Hosts unlike ours: single precision in time, exceptions that trap, other rounding, no denormals, ARM."""
 
 import shutil
 import subprocess
