@@ -231,10 +231,7 @@ class Instance:
     def _check_parameters(self) -> None:
         if not self._unchecked:
             return
-        p = self.component.p.unpack(self._p)
-        with np.errstate(all="ignore"):
-            unmet = [r.message for r in self.component.requirements if not r.margin(p) > 0]
-        if unmet:
+        if unmet := self.component.unmet(self.component.p.unpack(self._p)):
             raise ComponentError(" ".join(unmet))
         self._unchecked = False
 

@@ -2,12 +2,18 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from itertools import product
 
 from rov_cosim.errors import UserError
 from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.wiring import suggestion
-from rov_cosim.systems import fleet, paper_simulation, paper_simulation_pd, station_keeping, station_keeping_pd
+from rov_cosim.systems import (
+    fleet,
+    paper_simulation,
+    paper_simulation_pd,
+    station_keeping,
+    station_keeping_pd,
+    station_keeping_taut_wire,
+)
 
 
 class UnknownSystemError(UserError, KeyError):
@@ -38,11 +44,20 @@ class _Catalogue(Mapping[str, System]):
         return len(self._makers)
 
 
-_PAPER = [module.SYSTEM for module in (station_keeping, station_keeping_pd, paper_simulation, paper_simulation_pd)]
+_SINGLE = [
+    module.SYSTEM
+    for module in (
+        station_keeping,
+        station_keeping_pd,
+        station_keeping_taut_wire,
+        paper_simulation,
+        paper_simulation_pd,
+    )
+]
 
 SYSTEMS: Mapping[str, System] = _Catalogue(
     {
-        **{system.name: partial(lambda system: system, system) for system in _PAPER},
-        **{fleet.named(*pair): partial(fleet.holding, *pair) for pair in product(fleet.VEHICLES, fleet.CONTROLLERS)},
+        **{system.name: partial(lambda system: system, system) for system in _SINGLE},
+        **{fleet.named(*pair): partial(fleet.holding, *pair) for pair in fleet.LOOPS},
     }
 )

@@ -10,18 +10,21 @@ lag of the loop. Roll and pitch are free but, as in the paper, not controlled.
 
 from collections.abc import Mapping
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rov_cosim.components.adaptive_pd import COMPONENT as ADAPTIVE_PD
+from rov_cosim.components.instance import ComponentError, Instance
 from rov_cosim.components.interface import POSE, VELOCITY, XYZ, Component, Sampled
 from rov_cosim.components.passive_arm import COMPONENT as PASSIVE_ARM
 from rov_cosim.components.pid import COMPONENT as PID
 from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
 from rov_cosim.components.sliding_mode import COMPONENT as SLIDING_MODE
 from rov_cosim.components.sun_cheah import COMPONENT as SUN_CHEAH
+from rov_cosim.components.taut_wire import COMPONENT as TAUT_WIRE
 from rov_cosim.components.vehicle import COUPLE, FORCES
 from rov_cosim.control.tuning import Rule, Timing, tuned
 from rov_cosim.exporters.model_description import describe
@@ -29,7 +32,7 @@ from rov_cosim.ssp.declaration import System
 from rov_cosim.ssp.parameter_set import read_parameter_set
 from rov_cosim.ssp.values import Value
 from rov_cosim.ssp.wiring import WiringError
-from rov_cosim.systems import station_keeping
+from rov_cosim.systems import station_keeping, station_keeping_taut_wire
 from rov_cosim.systems.loop import CONTROLLER, scenario_loop
 
 VEHICLES = {
@@ -54,7 +57,7 @@ The filter is slower than the paper's because the tuning rule damps more: K_D / 
 """
 
 RULE = Rule(integral=0.17, adapted=0.27)
-"""Integrates faster than the rule by itself, for currents vary in a minute, with an epsilon_0 for which V falls."""
+"""Integrates faster than the rule by itself, for currents vary in a minute; the theorem certifies its epsilon_0."""
 
 ARM_SHARE = 0.4
 """Of the adaptation that the rule gives the arm's force, as much is left to it; the umbilical's force takes the rest.
@@ -80,11 +83,20 @@ adaptive_pd is the paper's law with the scaled gains, and pd the same without ad
 the literature, with scaled gains.
 """
 
+WIRED = {f"{vehicle}_taut_wire": vehicle for vehicle in ("hoang_kreuzer", "bluerov2_heavy")}
+"""The vehicles that a taut wire measures too, by the name that they have then."""
+
+LOOPS = (*product(VEHICLES, CONTROLLERS), *product(WIRED, ("adaptive_pd", "extended")))
+"""Vehicle and controller of each system of the fleet."""
+
+EXTENDED = ("extended", "pid")
+"""Those with `EXTENSIONS`, gains by `RULE`, and the rate of the set-point."""
+
 STOP_TIME = 300.0
 """Duration of a run in s: a trouble may come at 60 s, and the yaw is adapted through the arm's lever, which is slow."""
 
 ATTACHMENT = (0.2, 0.5, 0.4)
-"""Where the arm is fixed to the structure, seen from its base on a vehicle in place, in m: in reach from the start."""
+"""Where arm or wire is fixed to the structure, seen from its base on a vehicle in place, in m; in reach at once."""
 
 
 def named(vehicle: str, controller: str) -> str:
@@ -103,26 +115,30 @@ def of_file(name: str) -> tuple[str, str] | None:
 def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
     """Return the system in which a controller holds one of `VEHICLES`, from the paper's start, under its loads.
 
-    Or the vehicle of an SSV file by its path, with the same parameters as those of the fleet.
+    Or one of `WIRED`, measured by the taut wire, whose tension is then the sensor's load; or the vehicle of an SSV file
+    by its path, with the same parameters as those of the fleet.
     """
-    plant = parameters_of(vehicle)
-    component, is_extended = CONTROLLERS[controller], controller in ("extended", "pid")
+    measured, sensor = WIRED.get(vehicle, vehicle), TAUT_WIRE if vehicle in WIRED else PASSIVE_ARM
+    plant = parameters_of(measured)
+    component, is_extended = CONTROLLERS[controller], controller in EXTENDED
     gains = extended(component, plant) if is_extended else scaled(component, plant)
     known = {**shared(component, plant), **gains}
     attachment = {
         f"attachment.{axis}": float(plant[f"r_A.{axis}"]) + gap for axis, gap in zip(XYZ, ATTACHMENT, strict=True)
     }
+    described = VEHICLES.get(measured, f"The vehicle of {vehicle}") + ", on a taut wire" * (vehicle in WIRED)
     return scenario_loop(
         named(Path(vehicle).stem, controller),
-        f"{VEHICLES.get(vehicle, f'The vehicle of {vehicle}')}, held by {controller}",
+        f"{described}, held by {controller}",
         {
-            "passive_arm": {**shared(PASSIVE_ARM, plant), **attachment},
+            sensor.name: {**shared(sensor, plant), **attachment, **winch(sensor, plant)},
             CONTROLLER: {**known, "adaptation": False} if controller == "pd" else known,
-            "rov_plant": {**plant, "eta_0.y": 0.5, "eta_0.psi": 2.0, **loads(plant)},
+            "rov_plant": {**plant, "eta_0.y": 0.5, "eta_0.psi": 2.0, **loads(plant, sensor)},
         },
         STOP_TIME,
         component.name,
         set_point_rate=is_extended,
+        sensor=sensor.name,
     )
 
 
@@ -132,13 +148,22 @@ def parameters_of(vehicle: str) -> Mapping[str, Value]:
 
     Raises
     ------
-    WiringError : its file is missing or wrong, or has not all parameters.
+    WiringError : its file is missing or wrong, has not all parameters, or there is no such vehicle.
     """
     path = Path(vehicle) if vehicle.endswith(".ssv") else Path(__file__).parent / "vehicles" / f"{vehicle}.ssv"
     found = read_parameter_set(path, describe(ROV_PLANT))
     if vehicle not in VEHICLES and (lacking := parameters_of(next(iter(VEHICLES))).keys() - found.keys()):
         names = ", ".join(sorted(lacking)[:4])
-        raise WiringError(vehicle, [f"{len(lacking)} parameters of a vehicle are not in it: {names} ..."])
+        more = ", ..." if len(lacking) > 4 else ""
+        raise WiringError(vehicle, [f"It lacks {len(lacking)} of a vehicle's parameters: {names}{more}."])
+    try:
+        asked = Instance(ROV_PLANT)
+        first = ROV_PLANT.u.size + ROV_PLANT.y.size
+        asked.set([first + ROV_PLANT.p.names.index(name) for name in found], [float(value) for value in found.values()])
+        asked.enter_initialization()
+        asked.exit_initialization()
+    except ComponentError as error:
+        raise WiringError(vehicle, [str(error)]) from None
     return found
 
 
@@ -170,18 +195,37 @@ def scaled(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]
     return {name: float(f"{declared[name] * r:.4g}") for name, r in ratio.items()}
 
 
-def extended(component: Sampled, plant: Mapping[str, Value]) -> dict[str, Value]:
-    """Return the gains of a controller for a vehicle by the tuning rule, and what it has of `EXTENSIONS`."""
+def extended(
+    component: Sampled, plant: Mapping[str, Value], timing: Timing | None = None, rule: Rule = RULE
+) -> dict[str, Value]:
+    """Return the gains of a controller for a vehicle by the tuning rule, and what it has of `EXTENSIONS`.
+
+    If left out, timing is that of the loop with the filter of `EXTENSIONS` and ideal thrusters: what Heavy and RexROV
+    have of lag, 20 and 50 ms, costs more of the integral than it takes of the margins.
+    """
     has = {name: value for name, value in EXTENSIONS.items() if name in component.p.names}
-    timing = Timing(filter_time_constant=float(EXTENSIONS["filter_time_constant"]))
-    gains = tuned(component, inertia(plant), shared(component, plant), timing, RULE)
+    timing = timing or Timing(filter_time_constant=float(EXTENSIONS["filter_time_constant"]))
+    gains = tuned(component, inertia(plant), shared(component, plant), timing, rule)
     if "Gamma.M.z" in gains:
-        gains |= _learnt_by_couple(gains, plant, inertia(plant)[3:] * RULE.omega(timing) ** 2)
-    return {**gains, **has}
+        gains |= _learnt_by_couple(gains, plant, inertia(plant)[3:] * rule.omega(timing) ** 2, rule)
+    return {**gains, **has, "filter_time_constant": timing.filter_time_constant}
+
+
+def rule_of(controller: str) -> Rule:
+    """Return the rule by which a controller is tuned."""
+    return RULE if controller in EXTENDED else Rule()
+
+
+def tuned_for(controller: str, plant: Mapping[str, Value], timing: Timing, rule: Rule) -> dict[str, Value]:
+    """Return the gains by the rule, shares of the estimates included, of one of `CONTROLLERS` for a vehicle."""
+    component = CONTROLLERS[controller]
+    if controller in EXTENDED:
+        return extended(component, plant, timing, rule)
+    return {**tuned(component, inertia(plant), shared(component, plant), timing, rule)}
 
 
 def _learnt_by_couple(
-    gains: Mapping[str, float], plant: Mapping[str, Value], stiffness: NDArray[np.float64]
+    gains: Mapping[str, float], plant: Mapping[str, Value], stiffness: NDArray[np.float64], rule: Rule
 ) -> dict[str, float]:
     """Return what `ARM_SHARE` and `YAW_SHARE` change in tuned gains.
 
@@ -197,20 +241,28 @@ def _learnt_by_couple(
         for point in "AC"
         for axis, lever in ("xy", "yx")
     )
-    couple = dict(zip(COUPLE, RULE.adapted * stiffness, strict=True))
+    couple = dict(zip(COUPLE, rule.adapted * stiffness, strict=True))
     gamma |= {f"Gamma.{moment}": value for moment, value in couple.items()}
     gamma["Gamma.M.z"] = max(YAW_SHARE * stiffness[2] - by_levers, 0.0)
     changed = {**gamma, "K_P.psi": (1 - YAW_SHARE) * stiffness[2]}
     return {name: float(f"{value:.4g}") for name, value in changed.items()}
 
 
-def loads(plant: Mapping[str, Value]) -> dict[str, Value]:
-    """Return the forces of umbilical and arm: those of the paper's experiment, scaled."""
+def loads(plant: Mapping[str, Value], sensor: Component = PASSIVE_ARM) -> dict[str, Value]:
+    """Return the forces of umbilical and arm, if there is one: those of the paper's experiment, scaled."""
     _, by_load = ratios(plant)
-    paper = station_keeping.SYSTEM.parameters["rov_plant"]
+    system = station_keeping if sensor is PASSIVE_ARM else station_keeping_taut_wire
+    paper = system.SYSTEM.parameters["rov_plant"]
     return {
         name: float(f"{float(paper[name]) * by_load[name]:.4g}") for name in FORCES if name != "dB" and name in paper
     }
+
+
+def winch(sensor: Component, plant: Mapping[str, Value]) -> dict[str, Value]:
+    """Return tensions and stiffness of the winch, if a sensor has one: the declared ones, scaled as the arm's force."""
+    ratio, declared = ratios(plant)[1]["F_A.x"], _declared(sensor)
+    scalable = ("winch_tension", "winch_stiffness", "slack_tension")
+    return {name: float(f"{declared[name] * ratio:.4g}") for name in scalable if name in declared}
 
 
 def _declared(component: Component) -> dict[str, float]:

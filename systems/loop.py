@@ -1,4 +1,4 @@
-"""The loop that all systems share: the arm measures, the controller commands, the vehicle moves."""
+"""The loop that all systems share: arm or wire measures, the controller commands, the vehicle moves."""
 
 from collections.abc import Mapping
 
@@ -12,19 +12,8 @@ CONTROLLER = "controller"
 CONTROLLER_COMPONENTS = ("adaptive_pd", "pid", "sliding_mode", "sun_cheah")
 """The components that fit into the loop as its controller."""
 
-CONNECTIONS = (
-    ("scenario.eta_d", f"{CONTROLLER}.eta_d"),
-    ("scenario.current", "rov_plant.current"),
-    ("scenario.F_umbilical", "rov_plant.F_umbilical"),
-    ("scenario.thrust_loss", "rov_plant.thrust_loss"),
-    ("rov_plant.eta", "passive_arm.eta"),
-    ("rov_plant.nu", f"{CONTROLLER}.nu_m"),
-    ("passive_arm.eta_m", f"{CONTROLLER}.eta_m"),
-    ("passive_arm.eta_m_valid", f"{CONTROLLER}.eta_m_valid"),
-    ("passive_arm.F_arm", "rov_plant.F_arm"),
-    (f"{CONTROLLER}.u", "rov_plant.u"),
-)
-"""The connections of the loop with a scenario."""
+ARM, WIRE = SENSORS = ("passive_arm", "taut_wire")
+"""The components that fit into the loop as what measures the pose; the element has the component's name."""
 
 SET_POINT_RATE = ("scenario.eta_dot_d", f"{CONTROLLER}.eta_dot_d")
 """The connection that lets the controller follow a moving set-point, which the paper has not."""
@@ -35,15 +24,35 @@ def element_of(component: str) -> str:
     return CONTROLLER if component in CONTROLLER_COMPONENTS else component
 
 
+def connections(sensor: str = ARM) -> tuple[tuple[str, str], ...]:
+    """Return the connections of the loop with a scenario, in which one of `SENSORS` measures."""
+    return (
+        ("scenario.eta_d", f"{CONTROLLER}.eta_d"),
+        ("scenario.current", "rov_plant.current"),
+        ("scenario.F_umbilical", "rov_plant.F_umbilical"),
+        ("scenario.thrust_loss", "rov_plant.thrust_loss"),
+        ("rov_plant.eta", f"{sensor}.eta"),
+        ("rov_plant.nu", f"{CONTROLLER}.nu_m"),
+        (f"{sensor}.eta_m", f"{CONTROLLER}.eta_m"),
+        (f"{sensor}.eta_m_valid", f"{CONTROLLER}.eta_m_valid"),
+        (f"{sensor}.F_arm", "rov_plant.F_arm"),
+        (f"{CONTROLLER}.u", "rov_plant.u"),
+    )
+
+
 def station_keeping_loop(
-    name: str, description: str, parameters: Mapping[str, Mapping[str, Value]], stop_time: float = STOP_TIME
+    name: str,
+    description: str,
+    parameters: Mapping[str, Mapping[str, Value]],
+    stop_time: float = STOP_TIME,
+    sensor: str = ARM,
 ) -> System:
-    """Return the system of arm, controller and vehicle, stepped in this order by a sequential master."""
+    """Return the system of one of `SENSORS`, controller and vehicle, stepped in this order by a sequential master."""
     return System(
         name=name,
         description=description,
-        elements={element_of(name): name for name in ("passive_arm", "adaptive_pd", "rov_plant")},
-        connections=tuple(pair for pair in CONNECTIONS if not pair[0].startswith("scenario.")),
+        elements={element_of(name): name for name in (sensor, "adaptive_pd", "rov_plant")},
+        connections=tuple(pair for pair in connections(sensor) if not pair[0].startswith("scenario.")),
         parameters=parameters,
         stop_time=stop_time,
     )
@@ -56,16 +65,18 @@ def scenario_loop(
     stop_time: float,
     controller: str,
     set_point_rate: bool = False,
+    sensor: str = ARM,
 ) -> System:
-    """Return the same loop with a scenario before the arm, and one of `CONTROLLER_COMPONENTS` as its controller.
+    """Return the same loop with a scenario before the sensor, and one of `CONTROLLER_COMPONENTS` as its controller.
 
     The controller is told the rate of the set-point, or not.
     """
+    links = connections(sensor)
     return System(
         name=name,
         description=description,
-        elements={element_of(name): name for name in ("scenario", "passive_arm", controller, "rov_plant")},
-        connections=(*CONNECTIONS, SET_POINT_RATE) if set_point_rate else CONNECTIONS,
+        elements={element_of(name): name for name in ("scenario", sensor, controller, "rov_plant")},
+        connections=(*links, SET_POINT_RATE) if set_point_rate else links,
         parameters=parameters,
         stop_time=stop_time,
     )

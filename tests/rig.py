@@ -14,6 +14,10 @@ RELAXED: dict[str, dict[str, float]] = {
         **{"noise_std_angle": 0.01, "noise_correlation_time": 0.5, "stiffness": 3.0, "preload.z": 1.0},
         **{"delay": 2, "dropout": 0.1},
     },
+    "taut_wire": {
+        **{"noise_correlation_time": 0.5, "attitude_drift_time": 1.0, "wire_bias.azimuth": 0.02},
+        **{"delay": 2, "dropout": 0.1, "winch_rate": 2.0},
+    },
     "adaptive_pd": {
         **{"eta_m_valid": True, "control_roll_pitch": True, "thrust_max": 8.0, "r_G.x": 0.01, "bridging": 0.1},
         **{"adapt_by_pose": True, "projection": True, "Gamma.M.x": 2.0, "Gamma.M.z": 3.0},

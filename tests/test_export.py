@@ -227,7 +227,8 @@ def test_the_archive_holds_page_icon_and_licences(exported, name, export):
     root = etree.fromstring(page, etree.HTMLParser(recover=False, huge_tree=True, encoding="utf-8"))
     assert len(root.findall(".//math")) > 5
     assert "$" not in "".join(root.itertext())
-    assert [link.get("href") for link in root.iter("a") if ":" not in link.get("href")] == []  # none into the project
+    inside = [link.get("href") for link in root.iter("a") if ":" not in link.get("href")]
+    assert inside == [f"#{heading.get('id')}" for heading in root.iter("h2")]  # the contents; none into the project
     assert " in equations.py" in "".join(root.itertext())  # their text stays
     for heading in ("Inputs", "Outputs", "Parameters", "Frames and signs"):
         assert any(heading == h.text for h in root.iter("h2"))

@@ -52,7 +52,15 @@ def test_stock_fmpy_runs_the_whole_archive_as_typed(archives, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", ["station_keeping", "paper_simulation", "paper_simulation_pd", "bluerov2_heavy", "rexrov_pid"]
+    "name",
+    [
+        "station_keeping",
+        "paper_simulation",
+        "paper_simulation_pd",
+        "station_keeping_taut_wire",
+        "bluerov2_heavy",
+        "rexrov_pid",
+    ],
 )
 def test_stock_fmpy_runs_every_archive(archives, tmp_path, name):
     theirs = stock_fmpy(archives[name], tmp_path, "--stop-time", "9")
@@ -88,7 +96,10 @@ def test_stock_fmpy_tells_why_an_fmu_refuses(archives, tmp_path):
 
 
 @pytest.mark.parametrize("tool", TOLERANCE)
-@pytest.mark.parametrize("name", ["station_keeping_pd", "paper_simulation", "paper_simulation_pd", "bluerov2_heavy"])
+@pytest.mark.parametrize(
+    "name",
+    ["station_keeping_pd", "paper_simulation", "paper_simulation_pd", "station_keeping_taut_wire", "bluerov2_heavy"],
+)
 def test_other_masters_load_and_run_every_archive(archives, tool, name):
     if IMPORTERS[tool].version() is None:
         pytest.skip(f"{IMPORTERS[tool].title} is not installed; it is part of the test extra on Linux")

@@ -11,6 +11,7 @@ LAYERS = [
     "benchmark",
     "importers",
     "handover",
+    "report",
     "study",
     "systems",
     "whole",

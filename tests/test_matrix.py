@@ -23,7 +23,7 @@ from rov_cosim.study.score_table import write_scores
 from rov_cosim.study.scores import VERDICTS
 from rov_cosim.study.troubles import TROUBLES
 from rov_cosim.systems.catalogue import SYSTEMS
-from rov_cosim.systems.fleet import CONTROLLERS, STOP_TIME, VEHICLES
+from rov_cosim.systems.fleet import CONTROLLERS, STOP_TIME, VEHICLES, WIRED
 from typed import call, one_line
 
 VEHICLE = "bluerov2"
@@ -147,7 +147,7 @@ def test_an_interrupted_matrix_keeps_its_scores(loops):
 
 @pytest.mark.slow
 def test_the_page_has_the_verdicts_of_the_matrix_and_each_failure_is_explained(fmus):
-    matrix = run_all(wired(list(VEHICLES), CONTROLLERS), list(TROUBLES), jobs=os.cpu_count())
+    matrix = run_all(wired([*VEHICLES, *WIRED], CONTROLLERS), list(TROUBLES), jobs=os.cpu_count())
 
     def verdicts(text):
         # The digits of a vehicle that swings are those of its last rounding; the verdicts are not.

@@ -130,7 +130,7 @@ def test_each_trouble_of_a_system_becomes_an_archive(fmus, name, tmp_path):
         ({}, "lost", 0, "verdict: held"),
         ({"controller.adaptation": "false"}, "lost", 0, "verdict: offset"),
         ({"controller.adaptation": "false"}, "offset", 1, "verdict: offset"),
-        ({"rov_plant.F_A.z": "900"}, "lost", 1, "the arm is out of reach"),
+        ({"rov_plant.F_A.z": "900"}, "lost", 1, "out of the sensor's reach"),
     ],
 )
 def test_a_run_ends_in_a_verdict_that_can_set_the_status(archives, tmp_path, values, limit, status, verdict):

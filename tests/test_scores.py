@@ -61,10 +61,10 @@ def test_settling_is_that_of_the_last_axis_and_none_if_it_lasts_into_the_hold(st
 def test_a_vehicle_whose_measurement_is_gone_is_lost(still, loop):
     gone = still.copy()
     gone["passive_arm.eta_m_valid"][-200:] = False
-    assert str(score(gone, loop)) == "lost at 84.03 s: the arm does not measure at the end"
+    assert str(score(gone, loop)) == "lost at 84.03 s: the pose is not measured at the end"
     away = gone.copy()
     away["passive_arm.attached"][-200:] = False
-    assert str(score(away, loop)) == "lost at 84.03 s: the arm is out of reach"
+    assert str(score(away, loop)) == "lost at 84.03 s: out of the sensor's reach"
     gone["passive_arm.eta_m_valid"][-1] = True  # a lost sample now and then is no loss of the vehicle
     assert score(gone, loop).verdict == "held"
 

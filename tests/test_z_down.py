@@ -69,7 +69,7 @@ def test_the_signs_are_those_of_a_half_turn_about_x():
 
 TURNED = {
     *("F_A", "F_C", "attachment", "bias", "current_mean", "eta_0", "integral_0", "motion", "nu_0", "preload", "pull"),
-    *("r_A", "r_B", "r_C", "r_G", "step", "theta_hat_0", "thruster"),
+    *("attitude_bias", "wire_bias", "r_A", "r_B", "r_C", "r_G", "step", "theta_hat_0", "thruster"),
 }
 
 
@@ -86,7 +86,7 @@ def test_parameters_with_a_direction_turn_and_gains_masses_and_damping_do_not():
     still = {name.partition(".")[0] for name in labelled - turned}
     assert still == {
         *("K_P", "K_D", "K_I", "K_S", "Lambda", "Gamma", "Delta", "boundary_layer"),
-        *("added_mass", "D_linear", "D_quadratic", "current_std"),
+        *("added_mass", "D_linear", "D_quadratic", "current_std", "attitude_noise_std", "attitude_drift_std"),
     }
 
 

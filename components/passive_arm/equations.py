@@ -10,14 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ..frames import array, euler_angles, is_regular, rotation, wrap
+from .. import sensing
+from ..frames import array, euler_angles, is_regular, rotation
 from ..noise import gauss_markov
 
 FOLDED = 0.05
 """Least reach as a share of L_1 + L_2: closer than this the links would fold into each other."""
-
-LONGEST_DELAY = 10
-"""Most samples by which a measurement can be late."""
 
 
 def forward_kinematics(q: Any, L: Any) -> tuple[Any, Any]:
@@ -58,18 +56,6 @@ def pose_from(q: Any, p: SimpleNamespace) -> Any:
     return np.concatenate([p.attachment[0:3] - R @ (p.r_A + position), euler_angles(R)])
 
 
-def quantised(q: Any, encoder_counts: Any) -> Any:
-    """Return q in rad rounded to an encoder of so many counts a turn; unchanged for 0 counts."""
-    ideal = encoder_counts <= 0
-    resolution = 2 * np.pi / np.where(ideal, 1.0, encoder_counts)
-    return np.where(ideal, q, resolution * np.floor(q / resolution + 0.5))
-
-
-def delayed(history: Any, delay: Any) -> Any:
-    """Return row `delay` of the history, shape (LONGEST_DELAY + 1, n), whose first row is the latest."""
-    return np.where(np.abs(np.arange(LONGEST_DELAY + 1) - delay) < 0.5, 1.0, 0.0) @ history
-
-
 def sample(
     x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace, w: Any
 ) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
@@ -81,21 +67,17 @@ def sample(
     in_reach = np.logical_and(reach <= longest, reach >= shortest)
     attached = np.logical_and(in_reach, is_regular(u.eta))
 
-    q = np.where(attached, quantised(inverse_kinematics(position, R, p.L), p.encoder_counts), x.q)
+    angles = inverse_kinematics(position, R, p.L)
+    q = np.where(attached, sensing.quantised(angles, sensing.encoder_resolution(p.encoder_counts)), x.q)
     deviation = array([p.noise_std] * 3 + [p.noise_std_angle] * 3)
     noise = gauss_markov(x.noise, x.started > 0, w[0:6], deviation, p.noise_correlation_time, p.sample_time)
     pose = pose_from(q, p) + noise + np.concatenate([p.bias, np.zeros(3)])
-    # By Box and Muller's transform the exponential of two normal draws is uniform in (0, 1).
-    arrives = np.logical_and(attached, np.exp(-(w[6] ** 2 + w[7] ** 2) / 2) >= p.dropout)
-    latest = np.where(arrives, np.concatenate([pose[0:3], wrap(pose[3:6])]), x.eta_m[0])
-    eta_m = np.concatenate([np.reshape(latest, (1, 6)), x.eta_m])
-    valid = np.concatenate([np.reshape(np.where(arrives, 1.0, 0.0), (1,)), x.valid])
+    memory, measurement = sensing.handed_out(x, p, pose, attached, w[6:8])
     pull = p.preload + p.stiffness * (rotation(u.eta[3:6]) @ position)
 
-    state = {"eta_m": eta_m[:-1], "valid": valid[:-1], "q": q, "noise": noise, "started": 1.0}
+    state = {**memory, "q": q, "noise": noise, "started": 1.0}
     outputs = {
-        "eta_m": delayed(eta_m, p.delay),
-        "eta_m_valid": delayed(valid, p.delay),
+        **measurement,
         "attached": attached,
         "q": q,
         "reach": reach,
@@ -106,13 +88,7 @@ def sample(
 
 def initial_state(p: SimpleNamespace) -> Mapping[str, Any]:
     """Return the state before the first sample: nothing measured yet."""
-    return {
-        "eta_m": np.zeros((LONGEST_DELAY, 6)),
-        "valid": np.zeros(LONGEST_DELAY),
-        "q": np.zeros(6),
-        "noise": np.zeros(6),
-        "started": 0.0,
-    }
+    return {**sensing.initial_state(), "q": np.zeros(6), "noise": np.zeros(6), "started": 0.0}
 
 
 def _forearm(q: Any) -> Any:

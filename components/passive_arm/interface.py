@@ -1,29 +1,21 @@
 """Interface of the passive arm; link lengths, encoders and error after Hoang & Kreuzer 2007, section 4.2."""
 
-from ..interface import POSE, POSE_UNITS, SAMPLE_TIME, XYZ, Notice, Sampled, Signal, count, indexed, switch, vector
+from .. import sensing
+from ..interface import POSE, POSE_UNITS, XYZ, Notice, Sampled, Signal, indexed, switch, vector
 from ..vehicle import R_A
 from . import equations
 
 _REACH = ("eta", "r_A", "attachment")
 _ATTACHED = (*_REACH, "L")
-_PAST = count(equations.LONGEST_DELAY)
-_MEASURED = (*_ATTACHED, "dropout", "delay", "seed")
 
 COMPONENT = Sampled(
     name="passive_arm",
     title="Passive six-joint measuring arm",
     description="Passive arm that measures the pose of a vehicle relative to a structure by forward kinematics",
     symbol="ARM",
-    inputs=(vector("eta", POSE, "True pose of the vehicle in the earth frame", unit=POSE_UNITS),),
+    inputs=(sensing.TRUE_POSE,),
     outputs=(
-        vector(
-            "eta_m",
-            POSE,
-            "Measured pose of the vehicle in the earth frame; holds its last value while it is not valid",
-            unit=POSE_UNITS,
-            initially_from=(*_MEASURED, "encoder_counts", "noise_std", "noise_std_angle", "bias"),
-        ),
-        switch("eta_m_valid", "Whether eta_m is a measurement", initially_from=_MEASURED),
+        *sensing.measurement(_ATTACHED, ("encoder_counts", "noise_std", "noise_std_angle", "bias")),
         switch("attached", "Whether the arm is attached to the structure", initially_from=_ATTACHED),
         indexed(
             "q", 6, "Joint angle as the encoder reads it", unit="rad", initially_from=(*_ATTACHED, "encoder_counts")
@@ -52,30 +44,12 @@ COMPONENT = Sampled(
         Signal("noise_std_angle", "Standard deviation of the noise of an angle", unit="rad", start=0.0, minimum=0.0),
         Signal("noise_correlation_time", "Correlation time of the noise; 0: white", unit="s", start=0.0, minimum=0.0),
         vector("bias", XYZ, "Constant error of the measured position", unit="m"),
-        Signal("dropout", "Share of the samples that are lost", start=0.0, minimum=0.0, maximum=1.0),
-        Signal(
-            "delay",
-            "Samples by which eta_m and eta_m_valid are late",
-            type="Integer",
-            start=0,
-            minimum=0,
-            maximum=equations.LONGEST_DELAY,
-        ),
-        Signal(
-            "seed", "Selects noise and lost samples; runs with equal seeds repeat", type="Integer", start=1, minimum=0
-        ),
-        Signal("sample_time", "Time between samples", unit="s", start=SAMPLE_TIME, minimum=1e-6),
+        *sensing.PARAMETERS,
         Signal("stiffness", "Stiffness of the arm's pull towards the attachment", unit="N/m", start=0.0, minimum=0.0),
         vector("preload", XYZ, "Constant part of the arm's pull, earth frame", unit="N"),
     ),
     states=(
-        Signal(
-            "eta_m",
-            "Last valid measurement as of each past sample",
-            pattern="eta_m[{}].{}",
-            axes=(_PAST, POSE),
-        ),
-        indexed("valid", equations.LONGEST_DELAY, "Whether the past sample is a measurement"),
+        *sensing.STATES,
         indexed("q", 6, "Last valid joint angles"),
         vector("noise", POSE, "Noise of the last sample"),
         Signal("started", "Whether a sample has been taken"),

@@ -5,6 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ..components.frames import pose_difference
+from ..components.interface import Sampled
 from ..components.vehicle import mass_matrix
 from . import theorem
 from .effective import Gains, gains
@@ -18,6 +20,12 @@ LEARNED = 1e-6
 """Singular value of W, over the largest, below which a direction is not learned."""
 
 _HALVINGS = 4
+
+_NOISE_ALONE = {
+    **dict.fromkeys(("encoder_counts", "length_resolution", "attitude_resolution", "attitude_drift_std"), 0.0),
+    **dict.fromkeys(("dropout", "delay"), 0.0),
+}
+"""Values by key that leave of a sensor's errors the noise."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +95,21 @@ class Certificate:
         return gains(self.loop)
 
     @property
+    def current_limit(self) -> float:
+        """Speed in m/s of a current along the axis of less inertia up to which the controller holds the yaw; nan: none.
+
+        The Munk moment of a yaw psi in a current U is |m_v - m_u| U^2 psi, away from the current. It takes from the
+        stiffness K, of which K_D K > m_r K_I has to be left (Hurwitz). To some 20 %: without lags, of a vehicle that is
+        held in place, and without what an estimated force adds by its lever.
+        """
+        u, v, r = np.diag(self.inertia)[[0, 1, 5]]
+        damping = self.gains.K_D[5, 5] + np.asarray(self.loop.p(self.loop.plant).D_linear)[5]
+        stiffness = self.gains.stiffness[5, 5] - (r * self.gains.K_I[5, 5] / damping if damping > 0 else 0.0)
+        if u == v or stiffness <= 0:
+            return np.inf if stiffness > 0 else np.nan
+        return float(np.sqrt(stiffness / abs(v - u)))
+
+    @property
     def inertia(self) -> Matrix:
         """M about the body origin, shape (6, 6)."""
         p = self.loop.p(self.loop.plant)
@@ -120,13 +143,24 @@ class Certificate:
 
     @cached_property
     def thrust_noise(self) -> float:
-        """Standard deviation in N of the noisiest thruster's command, by the arm's noise; inf for an unstable loop."""
+        """Standard deviation in N of the noisiest thruster's command by the sensor's noise; inf in an unstable loop."""
         if not self.level.is_stable:
             return np.inf
-        arm = next(e for e, c in self.loop.components.items() if "noise_std" in {s.key for s in c.parameters})
-        p = self.loop.p(arm)
-        deviation = np.array([p.noise_std] * 3 + [p.noise_std_angle] * 3)
-        return float(self.level.thrust_noise(deviation, float(p.noise_correlation_time)).max())
+        sensor = next(e for e, c in self.loop.components.items() if "eta_m" in {s.key for s in c.outputs})
+        correlation = float(self.loop.p(sensor).noise_correlation_time)
+        return float(self.level.thrust_noise(self._pose_noise(sensor), correlation).max())
+
+    def _pose_noise(self, sensor: str) -> Matrix:
+        """Return the standard deviation of the measured pose, shape (6,), at rest, to first order in the noise."""
+        loop, component = self.loop.with_keys(_NOISE_ALONE), self.loop.components[sensor]
+        assert isinstance(component, Sampled)
+        p, y = loop.p(sensor), self._level_rest[self.loop.places()[self.loop.plant, "y"]]
+        x = component.x.unpack(component.x.pack(component.initial_state(p)))
+        u = component.u.unpack(component.u.start.copy())
+        u.eta = y[self.loop.ports(self.loop.plant, "y", "eta")]
+        poses = [[component.sample(x, u, p, sign * w)[1]["eta_m"] for sign in (1, -1)] for w in np.eye(component.draws)]
+        deviation: Matrix = np.linalg.norm([pose_difference(more, less) / 2 for more, less in poses], axis=0)
+        return deviation
 
     @property
     def is_adaptive(self) -> bool:
@@ -136,13 +170,14 @@ class Certificate:
 
     @cached_property
     def learned(self) -> tuple[int, Matrix, Matrix]:
-        """Number of estimated forces, singular values of W by falling size, and their directions of the wrench, (6, n).
+        """Number of estimated loads, singular values of W by falling size, and their directions of the wrench, (6, n).
 
-        Of the controlled axes; a length of 1 m makes forces of moments.
+        Of the loads whose Gamma is not 0, and of the controlled axes; a length of 1 m makes forces of moments.
         """
         law = self.loop.law
         p = dict(zip(law.p.names, self.loop.parameters[self.loop.controller].tolist(), strict=True))
         W, controlled = estimate_map(law, p)
+        W = W[:, np.asarray(self.loop.p(self.loop.controller).Gamma) > 0]
         rows = np.flatnonzero(controlled)
         directions, sizes, _ = np.linalg.svd(W[rows])
         spread = np.zeros((6, len(rows)))

@@ -1,9 +1,10 @@
 """A loop of components, stepped and linearised by their own functions: no FMU, and no second copy of a law.
 
 The loop is the master's by Jacobi: all outputs are handed on, then all components advance by a step. Its state is the
-states and outputs of all components, the delay line of the arm among them.
+states and outputs of all components, the delay line of the sensor among them.
 
-Left out is what has no slope: noise, lost samples, encoder steps, dead band and limits of the thrusters (`IDEAL`).
+Left out is what has no slope: noise, drift, lost samples, steps of what is read, dead band and limits of the thrusters
+(`IDEAL`).
 """
 
 from collections.abc import Mapping
@@ -24,6 +25,13 @@ Matrix = NDArray[np.float64]
 IDEAL = {
     "noise_std": 0.0,
     "noise_std_angle": 0.0,
+    "length_noise_std": 0.0,
+    "angle_noise_std": 0.0,
+    "attitude_noise_std": 0.0,
+    "attitude_drift_std": 0.0,
+    "attitude_drift_time": 1e-3,
+    "length_resolution": 0.0,
+    "attitude_resolution": 0.0,
     "encoder_counts": 0.0,
     "dropout": 0.0,
     "current_std": 0.0,

@@ -33,6 +33,15 @@ _STILL = {
 }
 
 
+def energy(e: Matrix, eta: Matrix, nu: Matrix, M: Matrix, K_P: Matrix, epsilon_0: float, alpha: float) -> float:
+    """Return V without the term of the estimate, in J, for error e, pose eta and velocity nu, each of shape (6,).
+
+    M is the inertia in body axes, shape (6, 6), K_P the diagonal, shape (6,): eta'^T M(eta) eta' = nu^T M nu.
+    """
+    epsilon = epsilon_0 / (1 + alpha * np.linalg.norm(e))
+    return float(nu @ M @ nu / 2 + e @ (K_P * e) / 2 + epsilon * e @ jacobian_inverse(eta).T @ M @ nu)
+
+
 class Worst(NamedTuple):
     """The largest V' found, as a share of what damping and stiffness take, and where, and among how many states.
 
@@ -108,10 +117,7 @@ class Descent:
         found = gains(self.loop)
         K_P, K_D = np.diag(found.K_P), np.diag(found.K_D)
         epsilon_0, alpha = float(p_law.epsilon_0), float(p_law.alpha)
-
-        def energy(e: Matrix, eta: Matrix, nu: Matrix) -> float:
-            epsilon = epsilon_0 / (1 + alpha * np.linalg.norm(e))
-            return float(nu @ M @ nu / 2 + e @ (K_P * e) / 2 + epsilon * e @ jacobian_inverse(eta).T @ M @ nu)
+        constants = (M, K_P, epsilon_0, alpha)
 
         def share(e: Matrix, nu: Matrix, yaw: float) -> float:
             set_point = np.array([0, 0, 0, 0, 0, yaw])
@@ -120,7 +126,9 @@ class Descent:
             x_law.eta = x.eta
             u.u = x.thrust = law.sample(x_law, u_law, p_law, np.zeros(law.draws))[1]["u"]
             after = plant.advance(x, u, p, _AHEAD)
-            rise = energy(after["eta"] - set_point, after["eta"], after["nu"]) - energy(e, x.eta, nu)
+            rise = energy(after["eta"] - set_point, after["eta"], after["nu"], *constants) - energy(
+                e, x.eta, nu, *constants
+            )
             eta_dot = np.linalg.solve(jacobian_inverse(x.eta), nu)
             epsilon = epsilon_0 / (1 + alpha * np.linalg.norm(e))
             return rise / _AHEAD / float(epsilon * e @ (K_P * e) + eta_dot @ (K_D * eta_dot))

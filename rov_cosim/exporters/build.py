@@ -2,6 +2,7 @@
 
 import pkgutil
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from ..components import __name__ as components_name
 from ..components import __path__ as components_path
 from ..components.interface import Component
 from . import stamp
-from .zig import BuildError, host_platform
+from .zig import JOBS, BuildError, host_platform
 
 EXPORTS = ("native", "pythonfmu")
 
@@ -53,14 +54,16 @@ def build_fmus(
     needed = (set(platforms) or {host_platform()}) if export == "native" else set()
     known = components()
     made_of = stamp.inputs(known if names is None else names)
-    written = {}
-    for name, hash_ in made_of.items():
-        path = fmu_path(root, name, export)
-        written[path] = False
-        if not stamp.holds(path, hash_, needed):
-            written[path] = _export(known[name], path, export, needed, progress)
-            stamp.put(path, hash_)
-    return written
+
+    def build(name: str) -> tuple[Path, bool]:
+        path, written = fmu_path(root, name, export), False
+        if not stamp.holds(path, made_of[name], needed):
+            written = _export(known[name], path, export, needed, progress)
+            stamp.put(path, made_of[name])
+        return path, written
+
+    with ThreadPoolExecutor(JOBS) as pool:  # the compiler is a process of its own
+        return dict(pool.map(build, made_of))
 
 
 def built(

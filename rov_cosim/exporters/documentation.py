@@ -1,11 +1,13 @@
 """The pages inside an FMU: documentation/index.html from the component's page and interface, icon and licences."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.metadata import distribution
 from importlib.resources import files
 from io import BytesIO
+from itertools import count
+from string import Template
 
 import latex2mathml.converter
 import numpy as np
@@ -16,32 +18,8 @@ from PIL import Image, ImageDraw, ImageFont
 from ..components.interface import Component, Signal
 from .model_description import literal
 
+_HEADING = re.compile("<h2>(.*?)</h2>")
 _RELATIVE_LINK = re.compile(r"\[([^]]+)]\((?!\w+:)[^)]*\)")
-
-_PAGE = """\
-<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<title>{title}</title>
-<style>
-body {{ font: 16px/1.5 system-ui, sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #1b2733; }}
-h1, h2 {{ color: #0b3c5d; }}
-h2 {{ border-bottom: 1px solid #c5d3de; margin-top: 2em; }}
-table {{ border-collapse: collapse; font-size: 14px; margin: 1em 0; }}
-th, td {{ border: 1px solid #c5d3de; padding: .25em .6em; text-align: left; vertical-align: top; }}
-th {{ background: #eaf1f6; }}
-code {{ font-size: 13px; background: #f2f6f9; }}
-td.Start {{ white-space: nowrap; }}
-math {{ font-size: 1.15em; }}
-math[display="block"] {{ margin: .8em 0; }}
-</style>
-</head>
-<body>
-{body}
-</body>
-</html>
-"""
 
 
 def entries(component: Component, packages: Iterable[str]) -> dict[str, bytes]:
@@ -73,8 +51,30 @@ def readme(component: Component) -> str:
 
 
 def html(title: str, markdown: str, more: str = "") -> str:
-    """Return a page from Markdown with maths, and more HTML after it."""
-    return _PAGE.format(title=escape(title), body=_markdown().render(markdown) + more)
+    """Return a page from Markdown with a title and maths, and more HTML after it.
+
+    Its headings of the second level are its contents.
+    """
+    body = _markdown().render(markdown) + more
+    headings = _HEADING.findall(body)
+    numbers = count()
+    body = _HEADING.sub(lambda heading: f'<h2 id="s{next(numbers)}">{heading[1]}</h2>', body)
+    for wide in ("<table>.*?</table>", '<math [^>]*display="block".*?</math>', "<img [^>]*>"):
+        body = re.sub(wide, r'<div class="scrolls" tabindex="0">\g<0></div>', body, flags=re.DOTALL)
+    contents = "\n".join(f'<li><a href="#s{i}">{text}</a></li>' for i, text in enumerate(headings))
+    template = Template(files(__package__).joinpath("page.html.in").read_text(encoding="utf-8"))
+    heading, end, rest = body.partition("</h1>\n")
+    return template.substitute(title=escape(title), heading=heading + end, contents=contents, body=rest)
+
+
+def table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of variables; columns are text, cells HTML. On a narrow screen each row is a list."""
+    head = "".join(f"<th>{escape(column)}</th>" for column in columns)
+    lines = [f'<table class="variables">\n<thead><tr>{head}</tr></thead>\n<tbody>']
+    for row in rows:
+        cells = [f'<td data-label="{escape(column)}">{cell}</td>' for column, cell in zip(columns, row, strict=True)]
+        lines.append(f"<tr>{''.join(cells)}</tr>")
+    return "\n".join([*lines, "</tbody>\n</table>\n"])
 
 
 def icon(symbol: str) -> bytes:
@@ -104,7 +104,7 @@ def _table(title: str, signals: tuple[Signal, ...]) -> str:
         columns.insert(2, "Start")
     if title == "Parameters":
         columns.insert(4, "During a run")
-    rows = ["<tr>" + "".join(f"<th>{column}</th>" for column in columns) + "</tr>"]
+    rows = []
     for signal in signals:
         cells = {
             "Name": f"<code>{escape(names(signal))}</code>",
@@ -114,8 +114,8 @@ def _table(title: str, signals: tuple[Signal, ...]) -> str:
             "During a run": "tunable" if signal.tunable else "fixed",
             "Description": escape(signal.description),
         }
-        rows.append("<tr>" + "".join(f'<td class="{column}">{cells[column]}</td>' for column in columns) + "</tr>")
-    return "<table>\n" + "\n".join(rows) + "\n</table>\n"
+        rows.append([cells[column] for column in columns])
+    return table(columns, rows)
 
 
 def names(signal: Signal) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
+from threading import Lock
 
 from fmpy.model_description import ModelDescription
 
@@ -13,6 +14,8 @@ from . import archive, c_tables, documentation, model_description, tracing, zig
 CHECKSUMS = "sources/binaries.sha256"
 _SAMPLED_ONLY = {"sampled.c", "noise.c", "noise.h"}
 _CONTINUOUS_ONLY = {"continuous.c"}
+_TRACING = Lock()
+"""CasADi's graphs are for one thread at a time."""
 
 
 def export(
@@ -32,8 +35,9 @@ def export(
     ------
     BuildError : the C compiler fails, or has no target for this machine.
     """
-    progress(f"tracing {component.name}")
-    code = sources(component)
+    with _TRACING:
+        progress(f"tracing {component.name}")
+        code = sources(component)
     content = _entries(component, code)
     kept = kept_binaries(archive.present(path), content, component.name)
     wanted = set(platforms) or {zig.host_platform()}

@@ -57,6 +57,9 @@ FLAGS = (
 TIME_LIMIT = 1800.0
 """Time in s that a compilation may take; the first for a platform compiles zig's C library too, some minutes."""
 
+JOBS = os.cpu_count() or 1
+"""How many compilers run at a time."""
+
 # Where zig looks for its cache, in its order, and the folder below; LOCALAPPDATA is set on Windows alone.
 _CACHES = {"ZIG_GLOBAL_CACHE_DIR": "", "LOCALAPPDATA": "zig", "XDG_CACHE_HOME": "zig", "HOME": ".cache/zig"}
 
@@ -80,7 +83,7 @@ def recipe() -> str:
     lines = [f"ziglang {version('ziglang')}"]
     for platform, targets in TARGETS.items():
         for target in targets:
-            lines.append(f"{platform}: {' '.join(_command(target, f'NAME{SUFFIXES[platform]}', SHARED, ['*.c']))}")
+            lines.append(f"{platform}: {' '.join(arguments(target, f'NAME{SUFFIXES[platform]}', SHARED, ['*.c']))}")
     return "\n".join([*lines, ""])
 
 
@@ -150,7 +153,7 @@ def compiled(sources: Mapping[str, bytes], target: str, output: str, options: It
             (Path(folder) / name).parent.mkdir(exist_ok=True)
             (Path(folder) / name).write_bytes(content)
         code = sorted(name for name in sources if name.endswith((".c", ".o")) and "/" not in name)
-        command = [sys.executable, "-m", "ziglang", *_command(target, output, options, code)]
+        command = [sys.executable, "-m", "ziglang", *arguments(target, output, options, code)]
         try:
             done = subprocess.run(
                 command,
@@ -191,11 +194,13 @@ def _temporary_cache() -> Path:
     return folder
 
 
-def _command(target: str, output: str, options: Iterable[str], code: Iterable[str]) -> list[str]:
+def arguments(target: str, output: str, options: Iterable[str], code: Iterable[str]) -> list[str]:
+    """Return what the compiler is called with."""
     is_object = "-c" in options
     libraries = [] if "windows" in target or is_object else ["-lm"]
-    # zig has no linker that can for macOS, nor libraries for Windows; an object would be compiled anew in each link.
-    whole = ["-flto"] if "linux" in target and not is_object else []
+    # zig has no linker that can for macOS, nor libraries for Windows. An object would be compiled anew in each link:
+    # that pays where nothing else inlines, as an engine of WebAssembly does not.
+    whole = ["-flto"] if "wasm" in target or ("linux" in target and not is_object) else []
     return ["cc", "-target", target, *FLAGS, *whole, *options, "-o", output, *code, *libraries]
 
 

@@ -3,13 +3,15 @@
 from html import escape
 
 from ..components.interface import Component, Signal
-from ..systems.loop import CONNECTIONS, element_of
+from ..systems.loop import ARM, SENSORS, connections, element_of
 
 _ROW, _WIDTH, _BOX, _TOP = 34, 1080, (400, 680), 70
 _STYLE = (
     "text { font: 14px system-ui, sans-serif; fill: #1b2733; } .far { fill: #5b7083; } .title { font-weight: bold; }"
     " .box { fill: #eaf1f6; stroke: #0b3c5d; } line { stroke: #0b3c5d; stroke-width: 2; }"
-    " .free { stroke-dasharray: 5 4; }"
+    " .free { stroke-dasharray: 5 4; } marker path { fill: #0b3c5d; }"
+    " @media (prefers-color-scheme: dark) { text { fill: #d7e1ea; } .far { fill: #9db2c2; }"
+    " .box { fill: #18232c; stroke: #58b4e5; } line { stroke: #58b4e5; } marker path { fill: #58b4e5; } }"
 )
 
 
@@ -22,7 +24,7 @@ def wiring_diagram(component: Component) -> str:
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {height}" width="{_WIDTH}" height="{height}">',
         f"<style>{_STYLE}</style>",
         '<defs><marker id="head" viewBox="0 0 10 10" refX="10" refY="5" markerWidth="8" markerHeight="8" orient="auto">'
-        '<path d="M0 0 L10 5 L0 10 z" fill="#0b3c5d"/></marker></defs>',
+        '<path d="M0 0 L10 5 L0 10 z"/></marker></defs>',
         f'<rect x="{left}" y="20" width="{right - left}" height="{height - 40}" rx="10" class="box"/>',
         f'<text x="{_WIDTH / 2}" y="46" text-anchor="middle" class="title">{component.name}</text>',
     ]
@@ -36,7 +38,7 @@ def wiring_diagram(component: Component) -> str:
 def _port(component: Component, signal: Signal, y: float, is_input: bool) -> list[str]:
     """Return arrow, name and far end of a port."""
     left, right = _BOX
-    far = _far_ends(f"{element_of(component.name)}.{signal.key}", is_input)
+    far = _far_ends(component.name, signal.key, is_input)
     begin, end = (left - 60, left) if is_input else (right, right + 60)
     name = signal.key + (f" ({signal.size})" if signal.axes else "")
     inside, outside = (left + 12, begin - 10) if is_input else (right - 12, end + 10)
@@ -49,6 +51,7 @@ def _port(component: Component, signal: Signal, y: float, is_input: bool) -> lis
     ]
 
 
-def _far_ends(port: str, is_input: bool) -> list[str]:
-    turned = [(target, source) if is_input else (source, target) for source, target in CONNECTIONS]
+def _far_ends(component: str, key: str, is_input: bool) -> list[str]:
+    links, port = connections(component if component in SENSORS else ARM), f"{element_of(component)}.{key}"
+    turned = [(target, source) if is_input else (source, target) for source, target in links]
     return list(dict.fromkeys(far for near, far in turned if near == port))

@@ -14,13 +14,13 @@ Z_DOWN: Mapping[str, float] = {
     for labels in (POSE, VELOCITY, WRENCH)
     for label, sign in zip(labels, "+--+--", strict=True)
     if sign == "-"
-}
+} | {"azimuth": -1.0, "elevation": -1.0}
 """Factor of a variable by the last part of its name; one for all others."""
 
 # Gains, masses, damping, widths and standard deviations: they have elements of the same names, and no direction.
 _DIRECTIONLESS = {
     *("K_P", "K_D", "K_I", "K_S", "Lambda", "Gamma", "Delta", "boundary_layer"),
-    *("added_mass", "D_linear", "D_quadratic", "current_std"),
+    *("added_mass", "D_linear", "D_quadratic", "current_std", "attitude_noise_std", "attitude_drift_std"),
 }
 
 

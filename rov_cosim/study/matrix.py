@@ -12,7 +12,7 @@ import numpy as np
 from ..ssp.declaration import System, wire
 from ..ssp.values import Value
 from ..ssp.wiring import Wiring
-from ..systems.fleet import holding
+from ..systems.fleet import LOOPS, holding
 from ..systems.loop import CONTROLLER, controller_in
 from .campaign.case import Case
 from .campaign.errors import CampaignError, with_extra
@@ -23,7 +23,7 @@ from .troubles import TROUBLES
 
 
 class Cell(NamedTuple):
-    """One run of the matrix; `vehicle` is one of `fleet.VEHICLES`, or the name of a system."""
+    """One run of the matrix; `vehicle` is one of those of `fleet.LOOPS`, or the name of a system."""
 
     vehicle: str
     controller: str
@@ -58,7 +58,7 @@ def wired(
     systems: Sequence[System] = (),
     progress: Callable[[str], object] = lambda line: None,
 ) -> Loops:
-    """Return the loop of each vehicle with each controller, and those of further systems, with changes in them.
+    """Return those of `fleet.LOOPS` with these vehicles and controllers, and further systems, with changes in them.
 
     Their FMUs are native ones, built first. A controller that is swapped is called by its own FMU, and is the same for
     all of `controllers`: it gets the parameters of the first, by equal names or its map.
@@ -70,7 +70,8 @@ def wired(
     """
     changes, once = changes or Changes(), cache(warn)  # the same for every loop
     is_swapped = CONTROLLER in changes.swaps
-    loops = {pair: holding(*pair) for pair in product(vehicles, controllers[:1] if is_swapped else controllers)}
+    pairs = product(vehicles, controllers[:1] if is_swapped else controllers)
+    loops = {pair: holding(*pair) for pair in pairs if pair in LOOPS}
     loops |= {(system.name, controller_in(system)): system for system in systems}
     wirings = {pair: changes.applied(wire(system, progress=progress), once) for pair, system in loops.items()}
     if not is_swapped:

@@ -10,6 +10,7 @@ from ..components.vehicle import FORCES, N_THRUSTERS, allocation_matrix, degrees
 from ..ssp.values import Value, parse
 from ..ssp.wiring import Wiring, WiringError
 from ..systems.fleet import VEHICLES, scaled
+from ..systems.loop import SENSORS, WIRE
 
 
 class DoesNotApplyError(WiringError):
@@ -21,6 +22,12 @@ class Nominal:
 
     def __init__(self, wiring: Wiring) -> None:
         self._wiring = wiring
+
+    @property
+    def sensor(self) -> str:
+        """The element that measures the pose: of a loop that has none of `SENSORS` the first of these."""
+        names = {element.name for element in self._wiring.elements}
+        return next((name for name in SENSORS if name in names), SENSORS[0])
 
     def needs_receiver(self, output: str) -> None:
         """Raise DoesNotApplyError if no element receives the output ``element.variable``."""
@@ -80,14 +87,16 @@ class Nominal:
         return np.array([float(gains[f"K_P.{axis}"]) for axis in XYZ])
 
     def away(self) -> NDArray[np.float64]:
-        """Return the direction, shape (3,), from the structure to the arm's base of a vehicle at the origin."""
-        gap = self.vector("passive_arm.r_A") - self.vector("passive_arm.attachment")
+        """Return the direction, shape (3,), from the structure to the sensor's base of a vehicle at the origin."""
+        gap = self.vector(f"{self.sensor}.r_A") - self.vector(f"{self.sensor}.attachment")
         unit: NDArray[np.float64] = gap / np.linalg.norm(gap)
         return unit
 
     def thrust_at_rest(self) -> float:
         """Return the largest thruster force in N that holding still takes, at zero roll, pitch and yaw."""
         forces = self.vector("rov_plant", FORCES)
+        if self.sensor == WIRE:
+            forces[4:7] -= self.value(f"{WIRE}.winch_tension") * self.away()
         W = disturbance_map(np.zeros(6), *(self.vector(f"rov_plant.{point}") for point in ("r_B", "r_C", "r_A")))
         thrusters = [f"controller.thruster[{i}]" for i in count(N_THRUSTERS)]
         r, d = (np.stack([self.vector(f"{thruster}.{group}") for thruster in thrusters]) for group in ("r", "d"))

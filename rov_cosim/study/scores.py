@@ -137,7 +137,7 @@ def _loss(
     time, begin = results["time"], int(np.argmax(in_hold(results)))
     blind = ~measured(results, wiring)
     if blind[time > time[-1] - UNMEASURED].all():
-        reason = "the arm is out of reach" if _detached(results, wiring) else "the arm does not measure at the end"
+        reason = "out of the sensor's reach" if _detached(results, wiring) else "the pose is not measured at the end"
         return float(time[_stretch_begin(blind, len(time) - 1)]), reason
     far = np.abs(error) > [LOST[axis] for axis in AXES]
     causes = {

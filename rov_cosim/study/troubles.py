@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..components.interface import XYZ
-from ..components.passive_arm.equations import LONGEST_DELAY
+from ..components.sensing import LONGEST_DELAY
 from ..ssp.values import Value
 from ..ssp.wiring import Wiring
+from ..systems.loop import ARM, WIRE
 from .nominal import DoesNotApplyError, Nominal
 
 ONSET = 60.0
@@ -27,6 +28,13 @@ _COMES_BY = {
     "passive_arm.stiffness": "passive_arm.F_arm.x",
 }
 """The output by which a parameter's trouble comes to the vehicle, which another make of vehicle may not listen to."""
+
+
+_NOISE = {
+    ARM: ("noise_std",),
+    WIRE: ("length_noise_std", "angle_noise_std", *(f"attitude_noise_std.{axis}" for axis in ("phi", "theta", "psi"))),
+}
+"""The parameters of each sensor's noise."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +65,13 @@ class Trouble:
 
 
 def _fixed(**elements: Values) -> Callable[[Nominal], Values]:
-    """Return values that are the same for every loop, by element."""
-    values = {f"{element}.{name}": value for element, group in elements.items() for name, value in group.items()}
-    return lambda loop: values
+    """Return values that are the same for every loop, by element; `sensor` is what measures."""
+
+    def values(loop: Nominal) -> Values:
+        named = {loop.sensor if element == "sensor" else element: group for element, group in elements.items()}
+        return {f"{element}.{name}": value for element, group in named.items() for name, value in group.items()}
+
+    return values
 
 
 def _pull(
@@ -88,6 +100,11 @@ def _scaled(*ends: str, by: float) -> Callable[[Nominal], Values]:
     return lambda loop: {end: by * loop.value(end) for end in ends}
 
 
+def _noise(by: float) -> Callable[[Nominal], Values]:
+    """Return the noise of what measures multiplied by a factor."""
+    return lambda loop: _scaled(*(f"{loop.sensor}.{name}" for name in _NOISE[loop.sensor]), by=by)(loop)
+
+
 def _heavier(by: float) -> Callable[[Nominal], Values]:
     """Return the vehicle's mass and inertia multiplied by a factor."""
     return _scaled("rov_plant.mass", "rov_plant.I.xx", "rov_plant.I.yy", "rov_plant.I.zz", by=by)
@@ -111,14 +128,14 @@ def _where_tilted(values: Callable[[Nominal], Values]) -> Callable[[Nominal], Va
 
 def _turned(loop: Nominal, psi: float) -> Values:
     """Return a set-point turned about the arm's base, which stays where it is."""
-    x, y, _ = loop.vector("passive_arm.r_A")
+    x, y, _ = loop.vector(f"{loop.sensor}.r_A")
     c, s = np.cos(psi), np.sin(psi)
     step = {"x": x - c * x + s * y, "y": y - s * x - c * y, "psi": psi}
     return {**{f"scenario.step.{axis}": float(value) for axis, value in step.items()}, "scenario.step_begin": ONSET}
 
 
 def _delay(samples: int) -> Trouble:
-    return Trouble(f"delay_{samples}", f"measurement {30 * samples} ms late", _fixed(passive_arm={"delay": samples}))
+    return Trouble(f"delay_{samples}", f"measurement {30 * samples} ms late", _fixed(sensor={"delay": samples}))
 
 
 def _varying_current(seed: int) -> Trouble:
@@ -157,7 +174,7 @@ _LIST = (
     Trouble(
         "arm_pull",
         "the arm pulls like a spring of 0.3 K_P towards the structure",
-        lambda loop: {"passive_arm.stiffness": 0.3 * float(loop.stiffness()[0])},
+        lambda loop: {f"{loop.sensor}.stiffness": 0.3 * float(loop.stiffness()[0])},
     ),
     Trouble(
         "umbilical_steps",
@@ -231,16 +248,16 @@ _LIST = (
             lambda loop: {"controller.r_B.x": loop.value("rov_plant.r_B.x") + 0.1 * loop.value("rov_plant.r_A.x")}
         ),
     ),
-    Trouble("noise_2", "10 mm of noise", _scaled("passive_arm.noise_std", by=2.0)),
-    Trouble("noise_4", "20 mm of noise", _scaled("passive_arm.noise_std", by=4.0)),
-    Trouble("coloured_noise", "noise of 2 s correlation", _fixed(passive_arm={"noise_correlation_time": 2.0})),
-    Trouble("bias", "the arm measures 20 mm too far in x", _fixed(passive_arm={"bias.x": 0.02})),
-    Trouble("dropout", "one sample in ten lost", _fixed(passive_arm={"dropout": 0.1})),
-    Trouble("dropout_half", "half the samples lost", _fixed(passive_arm={"dropout": 0.5})),
+    Trouble("noise_2", "twice the noise: 10 mm of the arm", _noise(2.0)),
+    Trouble("noise_4", "four times the noise: 20 mm of the arm", _noise(4.0)),
+    Trouble("coloured_noise", "noise of 2 s correlation", _fixed(sensor={"noise_correlation_time": 2.0})),
+    Trouble("bias", "the arm measures 20 mm too far in x", _fixed(sensor={"bias.x": 0.02})),
+    Trouble("dropout", "one sample in ten lost", _fixed(sensor={"dropout": 0.1})),
+    Trouble("dropout_half", "half the samples lost", _fixed(sensor={"dropout": 0.5})),
     Trouble(
         "slow_samples",
         "arm and controller sample every 60 ms",
-        _fixed(passive_arm={"sample_time": 0.06}, controller={"sample_time": 0.06}),
+        _fixed(sensor={"sample_time": 0.06}, controller={"sample_time": 0.06}),
     ),
     *(_delay(samples) for samples in range(1, LONGEST_DELAY + 1)),
     Trouble("out_of_reach", "dragged out of the arm's reach for 3 s, and back", lambda loop: _dragged_away(loop, 3.0)),

@@ -60,20 +60,12 @@ def entries(
     name, units = identifier(wiring.name), linking.units(wiring.elements)
     layout = laid_out(wiring)
     description = describe(layout, name, can_save=units is not None)
-    code = _sources(layout, description.guid, linked=units is not None)
-    functions = "linked.c" if units is not None else "loaded.c"
-    elements = ("elements.c", "links.c")
-    rest = [file for file in sorted(code) if file.endswith(".c") and file not in (functions, *elements, *_LOOP)]
-    own = linking.unit("system", "system", rest, code, "The shell of the components around a system.")
-    own |= linking.unit("elements", "system", elements, code, "The elements of the system.")
-    own |= linking.unit("functions", "system", [functions], code, "Where their functions are.")
-    loop = {file: text for file, text in code.items() if file in _LOOP or file in _LOOP_HEADERS}
-    kept = {**(units or {}), "loop": linking.unit("loop", "system", _LOOP, loop, "The loop of the master.")}
-    sources = {**own, **{file: text for unit in kept.values() for file, text in unit.items()}}
-    listed = sorted(file for file in sources if file.endswith(".c") and "/" not in file)
+    own, kept = sources(layout, description.guid, units)
+    code = {**own, **{file: text for unit in kept.values() for file, text in unit.items()}}
+    listed = sorted(file for file in code if file.endswith(".c") and "/" not in file)
     content = {
         "modelDescription.xml": model_description.to_xml(description, listed),
-        **{f"sources/{file}": text for file, text in sources.items()},
+        **{f"sources/{file}": text for file, text in code.items()},
         "sources/recipe.txt": zig.recipe().encode(),
         **documentation.around(page.page(layout, linked=units is not None), "SYS", ["rov-cosim"]),
     }
@@ -89,6 +81,24 @@ def entries(
             objects = partial(linking.objects, kept, progress=progress)
             binaries[place] = zig.shared_library(name, own, platform, objects)
     return {**content, **binaries, CHECKSUMS: checksums(binaries)}
+
+
+def sources(
+    layout: Layout, guid: str, units: Mapping[str, Mapping[str, bytes]] | None
+) -> tuple[dict[str, bytes], dict[str, Mapping[str, bytes]]]:
+    """Return all C of a system by file name: what is its own, and what it shares with others, by unit.
+
+    `units` are its elements' of `linking.units`; None if they are to be loaded.
+    """
+    code = _written(layout, guid, linked=units is not None)
+    functions = "loaded.c" if units is None else "linked.c"
+    elements = ("elements.c", "links.c")
+    rest = [file for file in sorted(code) if file.endswith(".c") and file not in (functions, *elements, *_LOOP)]
+    own = linking.unit("system", "system", rest, code, "The shell of the components around a system.")
+    own |= linking.unit("elements", "system", elements, code, "The elements of the system.")
+    own |= linking.unit("functions", "system", [functions], code, "Where their functions are.")
+    loop = {file: text for file, text in code.items() if file in _LOOP or file in _LOOP_HEADERS}
+    return own, {**(units or {}), "loop": linking.unit("loop", "system", _LOOP, loop, "The loop of the master.")}
 
 
 def platforms(wiring: Wiring) -> list[str]:
@@ -107,7 +117,7 @@ def identifier(name: str) -> str:
     return safe if safe[:1].isalpha() else f"system_{safe}"
 
 
-def _sources(layout: Layout, guid: str, linked: bool) -> dict[str, bytes]:
+def _written(layout: Layout, guid: str, linked: bool) -> dict[str, bytes]:
     """Return all C of a system but that of its elements, by file name."""
     folder = files(__package__) / "c"
     code = {file: text for file, text in hand_written().items() if file not in _OF_COMPONENTS}

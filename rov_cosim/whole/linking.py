@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from hashlib import sha256
 
 from ..exporters import archive, zig
@@ -92,13 +93,15 @@ def objects(
     ------
     BuildError : the compiler fails.
     """
-    folder, made = project_root() / "build" / "objects", {}
-    for name, unit in units.items():
+    folder = project_root() / "build" / "objects"
+
+    def made(name: str) -> bytes:
+        unit = units[name]
         made_of = sha256(
             b"\0".join(
                 [
                     zig.recipe().encode(),
-                    repr(zig.OBJECT).encode(),
+                    repr(zig.arguments(target, name, zig.OBJECT, ())).encode(),
                     *(part for file in unit.items() for part in _bytes(file)),
                 ]
             )
@@ -107,8 +110,10 @@ def objects(
         if not kept.is_file():
             progress(f"compiling {name} to be linked, for {target}")
             archive.put(kept, zig.compiled(unit, target, f"{name}.o", zig.OBJECT))
-        made[f"{name}.o"] = kept.read_bytes()
-    return made
+        return kept.read_bytes()
+
+    with ThreadPoolExecutor(zig.JOBS) as pool:
+        return {f"{name}.o": content for name, content in zip(units, pool.map(made, units), strict=True)}
 
 
 def _bytes(file: tuple[str, bytes]) -> tuple[bytes, bytes]:

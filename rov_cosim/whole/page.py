@@ -8,6 +8,8 @@ from ..ssp.wiring import Link
 from .layout import COUPLING, Layout, Shown
 
 _TEXT = """\
+# {name}
+
 {description}
 
 This FMU is a whole system: its elements and the master that steps them are inside.
@@ -44,7 +46,8 @@ def page(layout: Layout, linked: bool) -> str:
         for e in wiring.elements
     ]
     markdown = _TEXT.format(
-        description=wiring.description or wiring.name,
+        name=wiring.name,
+        description=wiring.description,
         elements="\n".join(elements),
         links="\n".join(map(_link, wiring.links)) or "| none | |",
         step=f"{wiring.step_size:.9g}",
@@ -60,8 +63,8 @@ def _link(link: Link) -> str:
 
 
 def _table(title: str, shown: Iterable[Shown]) -> str:
-    rows = ["Name", "Unit", "Start", "Range", "During a run", "Description"]
-    text = f"<h2>{title}</h2>\n<table>\n<tr>" + "".join(f"<th>{name}</th>" for name in rows) + "</tr>\n"
+    columns = ["Name", "Unit", "Start", "Range", "During a run", "Description"]
+    rows = []
     for variable in (one.variable for one in shown):
         limits = [limit for limit in (variable.min, variable.max) if limit is not None]
         cells = [
@@ -72,8 +75,8 @@ def _table(title: str, shown: Iterable[Shown]) -> str:
             variable.variability if variable.causality == "parameter" else "",
             escape(variable.description or ""),
         ]
-        text += "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>\n"
-    return text + "</table>\n"
+        rows.append(cells)
+    return f"<h2>{title}</h2>\n{documentation.table(columns, rows)}"
 
 
 def _cell(text: str) -> str:

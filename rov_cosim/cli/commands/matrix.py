@@ -19,7 +19,7 @@ from ...study.scores import VERDICTS
 from ...study.screen import counted, say
 from ...study.troubles import TROUBLES
 from ...systems.catalogue import SYSTEMS
-from ...systems.fleet import CONTROLLERS, VEHICLES
+from ...systems.fleet import CONTROLLERS, VEHICLES, WIRED
 from ...systems.loop import CONTROLLER
 from .. import options
 
@@ -37,7 +37,7 @@ def _some(name: str, known: Iterable[str], which: str = "Only") -> Callable[[Cal
 
 
 @click.command()
-@_some("vehicle", VEHICLES)
+@_some("vehicle", [*VEHICLES, *WIRED])
 @_some("controller", CONTROLLERS)
 @_some("trouble", TROUBLES)
 @_some("system", SYSTEMS, "Besides the vehicles, or alone if none is named,")
@@ -76,7 +76,7 @@ def command(
         raise click.UsageError(
             "--swap puts one controller into all loops: name one --controller, whose values it gets."
         )
-    chosen = vehicles or (() if systems else tuple(VEHICLES)), controllers or tuple(CONTROLLERS)
+    chosen = vehicles or (() if systems else (*VEHICLES, *WIRED)), controllers or tuple(CONTROLLERS)
     swapped = [f"{element} is {fmu.name}" for element, fmu in changes.swaps.items()]
     note = "; ".join([*swapped, *(f"{name} = {value}" for name, value in changes.values.items())])
     several = [f"seeds={seeds}"] if seeds > 1 else []
@@ -84,6 +84,8 @@ def command(
     stem = file_name("+".join(["matrix", *vehicles, *controllers, *systems, *changes.words(), *troubles, *several]))
     with counted() as warn:
         loops = wired(*chosen, changes, warn, [SYSTEMS[name] for name in systems], say)
+    if not loops:
+        raise click.UsageError(f"{' and '.join(vehicles)}: no system with such a controller. Leave --controller out.")
     try:
         found = run_all(loops, troubles or tuple(TROUBLES), jobs, _progress, scheduler, seeds)
     except MatrixError as error:

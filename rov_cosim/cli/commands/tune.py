@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ...control.certificate import Certificate
-from ...control.tuning import Rule, Timing, TuningError, tuned
+from ...control.tuning import Rule, Timing, TuningError
 from ...ssp.declaration import wire
 from ...ssp.values import Value
 from ...ssp.wiring import suggestion
@@ -74,8 +74,8 @@ def command(
     timing = Timing(
         sample_time or float(own["sample_time"]), filter_time_constant or float(own["filter_time_constant"]), lag, delay
     )
-    rule = Rule(bandwidth, damping)
-    gains = tuned(component, fleet.inertia(plant), fleet.shared(component, plant), timing, rule)
+    rule = replace(fleet.rule_of(controller), bandwidth=bandwidth, damping=damping)
+    gains = fleet.tuned_for(controller, plant, timing, rule)
     of_loop: dict[str, Any] = {
         f"{CONTROLLER}.filter_time_constant": filter_time_constant,
         "rov_plant.thruster_time_constant": thruster_lag,
@@ -90,7 +90,7 @@ def command(
     certificate = Certificate(system.name, loop_of(wiring))
     click.echo(f"{system.name}: lag {1e3 * timing.lag:.0f} ms, so omega {rule.omega(timing):.3g} rad/s\n")
     for name, value in values.items():
-        click.echo(f"{name} = {value:g}")
+        click.echo(f"{name} = {str(value).lower() if isinstance(value, bool) else f'{value:g}'}")
     click.echo()
     click.echo("\n".join([*loop_lines(certificate), *work_lines(certificate)]))
     if plot:

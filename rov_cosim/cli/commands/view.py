@@ -1,0 +1,39 @@
+"""`rov-cosim view`: results as a moving picture."""
+
+from pathlib import Path
+
+import click
+
+from ...ssp.declaration import System
+from ...study.changes import Changes
+from ...study.runs import opened
+from ...study.screen import counted, say
+from ...systems.catalogue import SYSTEMS
+from .. import options
+
+
+@click.command()
+@click.argument("results", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option(
+    "--system",
+    type=options.SystemType(),
+    help="What it is a run of; the name of RESULTS up to a + if left out, or the paper's vehicle.",
+)
+@options.changes_but_troubles
+@click.option(
+    "--output",
+    type=click.Path(dir_okay=False, path_type=Path),
+    callback=options.suffix(".html"),
+    help="The page; beside RESULTS if left out.",
+)
+def command(results: Path, system: System | Path | None, changes: Changes, output: Path | None) -> None:
+    """Write a page with the moving picture of RESULTS, a CSV of `rov-cosim run`."""
+    from ...report import bundle, page, view  # what it loads takes a while
+
+    name = results.stem.partition("+")[0]
+    system = system or SYSTEMS[name if name in SYSTEMS else "station_keeping"]
+    output = output or results.with_suffix(".html")
+    with counted() as warn, opened(system, changes, warn=warn, progress=say) as wiring:
+        text = page.view(results.stem, view.data(results, wiring), bundle.bundled(*page.VIEW, progress=say))
+    output.write_text(text, encoding="utf-8")
+    click.echo(f"{output}: {len(text.encode()) / 1e6:.2f} MB")

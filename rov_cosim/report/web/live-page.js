@@ -1,0 +1,226 @@
+// The live part of the page: controls, runs of all chosen controllers, curves, table, picture, link and command.
+import { AXES, errors, score } from "./score.js";
+import { Loops, command } from "./loops.js";
+import { Panel } from "./panel.js";
+import { Player } from "./player.js";
+import { DOTTED, Plots, SOLID } from "./plots.js";
+import { show as motion } from "./motion.js";
+
+const REST = 80; // ms
+const DEGREES = 180 / Math.PI;
+const SCALE = { x: 1e3, y: 1e3, z: 1e3, psi: DEGREES };
+const $ = (selector) => document.querySelector(selector);
+
+export class LivePage {
+  constructor(data, workerSource, picture) {
+    this.data = data;
+    this.picture = picture;
+    this.loops = new Loops(data, workerSource);
+    this.runs = new Map();
+    this.lines = Object.keys(data.controllers);
+    this.plots = new Plots((time) => this.player.seek(time));
+    this.player = new Player($(".player"), (time) => this.#show(time), () => this.picture?.coarser());
+    this.panel = new Panel($("#controls"), data, this.loops, () => this.change());
+    $("#reset").addEventListener("click", () => this.panel.reset());
+    $("#copy").addEventListener("click", () => copy($("#command").textContent, $("#copy")));
+    $("#link").addEventListener("click", () => copy(location.href, $("#link")));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      this.picture?.recolour();
+      this.#draw();
+    });
+    addEventListener("hashchange", () => this.panel.read(location.hash));
+    this.panel.read(location.hash);
+  }
+
+  system(controller) {
+    return this.data.systems[this.panel.vehicle][controller];
+  }
+
+  /** Run again all that is shown. */
+  async change() {
+    const begun = performance.now();
+    const ticket = (this.ticket = {});
+    history.replaceState(null, "", this.panel.hash || location.pathname + location.search);
+    const { shown, controls, values, settings } = this.panel;
+    const runs = await Promise.all(
+      shown.map(async (controller) => {
+        const set = this.loops.set(this.system(controller), controls, values);
+        return [controller, await this.loops.run(controller, this.system(controller), set, settings), set];
+      }),
+    );
+    if (this.ticket !== ticket) return;
+    this.runs = new Map();
+    for (const [controller, run, set] of runs) {
+      if (!run) return;
+      run.set = set;
+      run.error ??= run.rows ? errors(run.column, run.rows) : {};
+      run.score ??= score(run, this.data.judged);
+      this.runs.set(controller, run);
+    }
+    this.#draw();
+    await null; // the curves are drawn when all that was set is known
+    const most = Math.max(...runs.map(([, run]) => run.took));
+    const took = performance.now() - begun;
+    const steps = runs.reduce((sum, [, run]) => sum + Math.max(run.rows - 1, 0), 0);
+    $("#took").textContent =
+      `${steps} steps in ${runs.length} ${runs.length > 1 ? "loops" : "loop"}: simulated in ${most.toFixed(0)} ms, ` +
+      `shown after ${took.toFixed(0)} ms.`;
+    $("#live").dataset.took = took.toFixed(1);
+    $("#live").dataset.runs = Number($("#live").dataset.runs ?? 0) + 1;
+  }
+
+  get focused() {
+    return this.runs.get(this.panel.focus) ?? [...this.runs.values()][0];
+  }
+
+  #draw() {
+    const run = this.focused;
+    if (!run?.rows) {
+      this.#table();
+      return;
+    }
+    const longest = [...this.runs.values()].reduce((a, b) => (a.rows >= b.rows ? a : b));
+    const lines = (values) =>
+      [...this.runs].map(([controller, one]) => ({
+        label: this.data.controllers[controller],
+        values: values(one),
+        colour: this.lines.indexOf(controller),
+        dash: this.lines.indexOf(controller),
+      }));
+    for (const axis of AXES) {
+      const scaled = (one) => (axis === "psi" ? one.error.psi?.map((e) => e * DEGREES) : one.error[axis]) ?? [];
+      const band = this.data.judged.settled[axis] * (axis === "psi" ? DEGREES : 1);
+      const title = `Error of ${axis === "psi" ? "yaw in degrees" : `${axis} in m`} over time in s`;
+      this.plots.draw($(`#plot-${axis}`), { title, time: longest.time, series: lines(scaled), band });
+    }
+    this.#table();
+    this.#command(run);
+    clearTimeout(this.later); // the rest when the hand rests: a picture takes as long as a run where there is no GPU
+    this.later = setTimeout(
+      () => {
+        this.#details(run);
+        this.#arm(run);
+        this.#motion(run);
+      },
+      this.built ? REST : 0,
+    );
+  }
+
+  #details(run) {
+    const of = (names) =>
+      names
+        .filter(([name]) => run.column(name))
+        .map(([name, label, colour, dash]) => ({ label, values: run.column(name), colour, dash }));
+    const wrench = ["X", "Y", "Z", "N"];
+    this.plots.draw($("#plot-unknown"), {
+      title: "Estimated and true disturbance in N and N m",
+      time: run.time,
+      series: of([
+        ...wrench.map((axis, i) => [`controller.disturbance.${axis}`, `${axis} estimated`, i, SOLID]),
+        ...wrench.map((axis, i) => [`rov_plant.disturbance.${axis}`, `${axis} true`, i, DOTTED]),
+      ]),
+    });
+    const thrusters = [1, 2, 3, 4, 5, 6, 7, 8];
+    this.plots.draw($("#plot-thrust"), {
+      title: "Thruster commands in N",
+      time: run.time,
+      series: of(thrusters.map((i) => [`controller.u[${i}]`, `u ${i}`, (i - 1) % 4, i > 4 ? DOTTED : SOLID])),
+    });
+  }
+
+  #arm(run) {
+    const links = [1, 2].map((i) => run.set[`passive_arm.L[${i}]`] ?? this.loops.own(this.system(this.panel.focus), `passive_arm.L[${i}]`));
+    const joints = [1, 2, 3, 4, 5, 6];
+    this.plots.draw($("#plot-joints"), {
+      title: "Joint angles of the arm in degrees",
+      time: run.time,
+      series: joints.map((i) => ({
+        label: `q ${i}`,
+        values: run.column(`passive_arm.q[${i}]`).map((angle) => angle * DEGREES),
+        colour: (i - 1) % 3,
+        dash: i > 3 ? DOTTED : SOLID,
+      })),
+    });
+    const reach = run.column("passive_arm.reach");
+    this.plots.draw($("#plot-reach"), {
+      title: "Reach of the arm in m, and the length of its links",
+      time: run.time,
+      series: [
+        { label: "reach", values: reach, colour: 2, dash: SOLID },
+        { label: "links", values: reach.map(() => links[0] + links[1]), colour: 0, dash: DOTTED },
+      ],
+    });
+  }
+
+  #table() {
+    const rows = [...this.runs].map(([controller, run]) => {
+      const { verdict, reason, settling, axes } = run.score;
+      const cell = (axis, key) => {
+        if (!axes[axis]) return "";
+        return (axes[axis][key] * SCALE[axis]).toFixed(2).replace(/^-(0\.00)$/, "$1");
+      };
+      const cells = AXES.flatMap((axis) => [cell(axis, "mean"), cell(axis, "worst")]);
+      const settled = settling === null || settling === undefined ? "never" : settling.toFixed(2);
+      const label = this.data.controllers[controller];
+      const checked = controller === this.panel.focus ? "checked" : "";
+      return (
+        `<tr data-controller="${controller}"><th scope="row"><label><input type="radio" name="focus" value="${controller}" ${checked}>` +
+        `<svg class="key" viewBox="0 0 34 8" aria-hidden="true"><line class="line-${this.lines.indexOf(controller)}" x1="1" x2="33" y1="4" y2="4"/></svg>` +
+        `${label}</label></th>` +
+        `<td class="verdict ${verdict}" title="${reason}">${verdict}</td><td>${settled}</td>` +
+        cells.map((text) => `<td>${text}</td>`).join("") +
+        "</tr>"
+      );
+    });
+    $("#results tbody").innerHTML = rows.join("");
+    for (const input of document.querySelectorAll("#results input"))
+      input.addEventListener("change", () => {
+        this.panel.focus = input.value;
+        this.#draw();
+        history.replaceState(null, "", this.panel.hash || location.pathname + location.search);
+        document.querySelector(`#results input[value="${input.value}"]`).focus();
+      });
+    $("#strip").innerHTML = [...this.runs]
+      .map(([name, { score }]) => `<span class="verdict ${score.verdict}"><b>${this.data.controllers[name]}</b> ${score.verdict}</span>`)
+      .join("");
+    const untroubled = (controller) =>
+      this.loops.troubled(this.system(controller)) ? "" : `${this.loops.trouble} does not apply, and runs without it`;
+    const notes = [...this.runs].flatMap(([controller, run]) =>
+      [untroubled(controller), run.failure, run.warning].filter(Boolean).map((text) => `${this.data.controllers[controller]}: ${text}`),
+    );
+    $("#notes").textContent = notes.join("\n");
+  }
+
+  #command(run) {
+    const system = this.system(this.panel.focus);
+    const { booleans } = this.data.modules[system.module];
+    $("#command").textContent = command(system, run.set, this.panel.settings, booleans);
+    $("#command-of").textContent = this.data.controllers[this.panel.focus];
+  }
+
+  #motion(run) {
+    const system = this.system(this.panel.focus);
+    const of = (end) => run.set[end] ?? this.loops.own(system, end);
+    if (this.built !== this.panel.vehicle) this.picture?.build(of);
+    else if (this.picture) this.picture.of = of;
+    this.built = this.panel.vehicle;
+    $("#focus-name").textContent = this.data.controllers[this.panel.focus];
+    this.player.over(run.time[run.rows - 1]);
+  }
+
+  #show(time) {
+    this.plots.at(time);
+    if (this.picture?.of && this.focused?.rows) motion(this.picture, this.focused, time);
+  }
+}
+
+async function copy(text, button) {
+  const label = button.textContent;
+  try {
+    await navigator.clipboard.writeText(text);
+    button.textContent = "Copied";
+  } catch {
+    button.textContent = "Copy by hand";
+  }
+  setTimeout(() => (button.textContent = label), 1500);
+}

@@ -1,0 +1,249 @@
+"""The pages in a browser: what they show beside the master's numbers, by hand, by keyboard and by link."""
+
+import csv
+import shlex
+import shutil
+import statistics
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from rov_cosim.cli.main import main
+from rov_cosim.exporters.build import project_root
+from rov_cosim.report.controls import CONTROLS
+from rov_cosim.report.live import LABELS, RECORDED
+from rov_cosim.report.page import _in_script
+from rov_cosim.report.view import data as view_data
+from rov_cosim.ssp.declaration import wire
+from rov_cosim.study.assessment import axes
+from rov_cosim.study.matrix import wired
+from rov_cosim.study.runs import opened, simulated
+from rov_cosim.study.scores import score
+from rov_cosim.study.settings import Settings
+from rov_cosim.systems.catalogue import SYSTEMS
+from rov_cosim.systems.fleet import CONTROLLERS
+
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+MOST_BYTES = 3_000_000
+
+
+def in_browser(test):
+    return pytest.mark.slow(pytest.mark.skipif(BROWSER is None, reason="no browser: apt-get install chromium")(test))
+
+
+def command(*words):
+    done = CliRunner().invoke(main, list(map(str, words)))
+    assert done.exit_code == 0, done.output
+    return done
+
+
+@pytest.fixture(scope="module")
+def report(fmus, tmp_path_factory):
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    command("report", "--output", path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        arguments = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        opened = playwright.chromium.launch(executable_path=BROWSER, args=arguments)
+        yield opened
+        opened.close()
+
+
+@contextmanager
+def page_of(browser, path, link="", width=1280, scheme="light", ready="#live[data-runs]"):
+    """Open a page, and see that it says nothing on the console."""
+    said = []
+    context = browser.new_context(
+        viewport={"width": width, "height": 900}, color_scheme=scheme, reduced_motion="reduce", offline=True
+    )
+    page = context.new_page()
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.goto(f"{path.as_uri()}{link}")
+    page.wait_for_selector(ready, timeout=120_000)
+    yield page
+    context.close()
+    assert said == []
+
+
+def changed(page, change):
+    """Change something on the page and wait for the runs that follow."""
+    before = int(page.locator("#live").get_attribute("data-runs"))
+    change()
+    page.wait_for_function(f"Number(document.querySelector('#live').dataset.runs) > {before}", timeout=120_000)
+
+
+def shown(page):
+    """Return the cells of the table by controller."""
+    lines = page.locator("#results tbody tr").all()
+    return {line.get_attribute("data-controller"): line.locator("td").all_inner_texts() for line in lines}
+
+
+def cells(words):
+    """Return the cells that the command of these words gives, by the master."""
+    assert words[:2] == ["rov-cosim", "run"]
+    given = dict(zip(words[3::2], words[4::2], strict=True))
+    values = dict(word.split("=") for option, word in zip(words[3::2], words[4::2], strict=True) if option == "--set")
+    settings = Settings(given.get("--coupling", "jacobi"), stop_time=float(given["--stop-time"]))
+    with opened(SYSTEMS[words[2]]) as wiring:
+        run = simulated(wiring.with_values(values), settings, progress=lambda steps: steps)
+    found = score(run.results, run.wiring, run.failure)
+    yield found.verdict
+    yield "never" if found.settling is None else f"{found.settling:.2f}"
+    for axis in axes(run.results, run.wiring):
+        scale = 180 / np.pi if axis.name == "psi" else 1e3
+        for value in (axis.mean, axis.worst):
+            yield f"{value * scale:.2f}".replace("-0.00", "0.00")
+
+
+LINKS = {
+    "": list(CONTROLLERS),
+    "coupling=1&stop=60&noise=0.01&seed=5&delay=2&Gamma=2.5&K_P.x=1.7&dropout=0.2": ["adaptive_pd", "pid", "pd"],
+    "vehicle=bluerov2_heavy&pull.y=10&pull_begin=20&lost=2&lost_begin=40&current.x=0.1": [
+        "extended",
+        "pid",
+        "adaptive_pd",
+    ],
+    "vehicle=rexrov&delay=9&adaptation=off&eta_0.x=0.3": ["adaptive_pd", "pid", "sun_cheah"],
+    "vehicle=minerva&step.x=0.2&step_begin=30&dB=-20&stop=120": ["sliding_mode", "extended"],
+    "eta_0.x=-0.8&eta_0.y=-0.8": ["pd", "pid", "adaptive_pd"],
+}
+
+
+@pytest.mark.parametrize("link", LINKS)
+@in_browser
+def test_the_table_has_the_masters_numbers_by_the_command_that_it_gives(report, browser, link):
+    with page_of(browser, report, f"#{link}&shown={','.join(LINKS[link])}") as page:
+        found = shown(page)
+        assert set(found) == set(LINKS[link])
+        for controller in found:
+            page.check(f'#results input[value="{controller}"]')
+            words = shlex.split(page.locator("#command").inner_text())
+            assert found[controller] == list(cells(words)), words
+
+
+@in_browser
+def test_a_slider_moved_by_hand_or_key_runs_again_and_is_told_by_the_link(report, browser):
+    with page_of(browser, report) as page:
+        slider = page.locator('[data-key="K_P.z"]')
+        before = shown(page)
+        slider.focus()
+        changed(page, lambda: page.keyboard.press("End"))
+        after = shown(page)
+        assert after != before
+        link = page.url
+        assert "K_P.z=10" in link
+        changed(page, lambda: page.locator("#reset").press("Enter"))
+        assert shown(page) == before
+        assert "#" not in page.url
+    with page_of(browser, report, link[link.index("#") :]) as page:
+        assert shown(page) == after
+    with page_of(browser, report, "#vehicle=none&K_P.x=abc&stop=-1&focus=__proto__") as page:
+        assert shown(page) == before  # what a link says wrongly is passed over
+
+
+@in_browser
+def test_it_fits_every_screen_and_is_small(report, browser):
+    assert report.stat().st_size < MOST_BYTES
+    pictures = project_root() / "build" / "report"
+    for width in (390, 1280):
+        for scheme in ("light", "dark"):
+            with page_of(browser, report, width=width, scheme=scheme) as page:
+                assert page.evaluate("document.documentElement.scrollWidth") <= width
+                page.locator(".scrub").fill("12")
+                page.screenshot(path=pictures / f"report-{width}-{scheme}.png", full_page=True)
+
+
+@in_browser
+def test_it_plays_by_keyboard_and_tells_what_it_takes(report, browser, capsys):
+    with page_of(browser, report) as page:
+        play = page.locator(".play")
+        assert play.inner_text() == "Play"  # nothing moves by itself
+        play.press("Enter")
+        page.wait_for_function("Number(document.querySelector('.scrub').value) > 1", timeout=60_000)
+        play.press("Enter")
+        assert play.inner_text() == "Play"
+        page.locator("#stop").fill("60")
+        changed(page, lambda: page.locator("#stop").press("Tab"))
+        took = []
+        for _ in range(15):
+            changed(page, lambda: page.locator('[data-key="K_P.x"]').press("ArrowRight"))
+            took.append(float(page.locator("#live").get_attribute("data-took")))
+        page.locator(".play").press("Enter")
+        page.wait_for_timeout(5000)
+        frames = [float(ms) for ms in (page.locator(".player").get_attribute("data-frames") or "").split()]
+    with capsys.disabled():
+        print(
+            f"\n60 s in three loops, shown after {min(took):.0f} ms at best, {statistics.median(took):.0f} ms as a rule"
+        )
+        print(f"{len(frames)} frames, {statistics.median(frames):.0f} ms as a rule, {max(frames):.0f} ms at most")
+
+
+@in_browser
+def test_any_table_of_results_is_a_moving_picture(fmus, browser, tmp_path):
+    command("run", "station_keeping", "--stop-time", "9", "--output", tmp_path)
+    table = next(tmp_path.glob("*.csv"))
+    command("view", table)
+    with table.open(encoding="utf-8") as file:
+        rows = len(list(csv.reader(file))) - 1
+    with page_of(browser, table.with_suffix(".html"), ready="#view[data-rows]", width=390) as page:
+        assert page.locator("#view").get_attribute("data-rows") == str(rows)
+        page.locator(".scrub").fill("6")
+        assert page.locator(".clock").inner_text() == "6.0 s"
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_every_control_sets_what_some_system_has_and_every_column_is_there(fmus):
+    loops = wired(["hoang_kreuzer"], list(CONTROLLERS))
+    controls = [control for group in CONTROLS.values() for control in group]
+    assert len({control.key for control in controls}) == len(controls)
+    for control in controls:
+        ends = {*control.ends, *(end for values in control.options.values() for end in values)}
+        for end in ends:
+            assert any(wiring.value(end) is not None for wiring in loops.values()), end
+        assert control.low < control.high
+    assert set(LABELS) == set(CONTROLLERS)
+    outputs = {output for wiring in loops.values() for output in wiring.outputs}
+    assert set(RECORDED) <= outputs
+
+
+def test_a_table_that_is_none_is_told(fmus, tmp_path):
+    def refused(text):
+        path = tmp_path / "results.csv"
+        path.write_text(text, encoding="utf-8")
+        done = CliRunner().invoke(main, ["view", str(path)])
+        assert done.exit_code == 1
+        return done.output
+
+    assert "no table of results" in refused("time,rov_plant.eta.x\n0,abc\n1,2\n")
+    assert "no column rov_plant.eta.x" in refused("time,other\n0,1\n1,2\n")
+    assert "two at least" in refused("time,rov_plant.eta.x\n0,1\n")
+
+
+def test_the_columns_of_a_table_come_back(fmus, tmp_path):
+    import gzip
+    from base64 import b64decode
+
+    names = ["time", *(f"rov_plant.eta.{axis}" for axis in ("x", "y", "z", "phi", "theta", "psi"))]
+    values = np.random.default_rng(1).normal(size=(5, len(names)))
+    path = tmp_path / "some.csv"
+    lines = [",".join(f'"{name}"' for name in names), *(",".join(map(repr, row)) for row in values.tolist())]
+    path.write_text("\n".join(lines), encoding="utf-8")
+    made = view_data(path, wire(SYSTEMS["station_keeping"]))
+    found = np.frombuffer(gzip.decompress(b64decode(made["columns"]))).reshape(len(made["names"]), -1)
+    assert made["names"] == names
+    assert np.array_equal(found, values.T)
+    assert made["geometry"]["passive_arm.L[1]"] == 0.7
+
+
+def test_no_text_ends_a_script():
+    assert "</script" not in _in_script("a</script>b")
+    assert "<!--" not in _in_script("<!--")
