@@ -140,7 +140,8 @@ class Instance:
         """Advance from `time` to `time + step` in s with the inputs held.
 
         A host that keeps time in single precision rounds each `time`: taken within `leeway`. The clock here then goes
-        on by the steps, so that each has its samples, and expects the next step where the host's clock will be.
+        on by the steps, so that each has its samples, and expects the next step where the host's clock will be. No step
+        may end beyond the stop time by both clocks; within `leeway` it may where the host's clock has been rounded.
 
         Raises
         ------
@@ -156,12 +157,12 @@ class Instance:
             raise ComponentError(f"Expected the communication point {expected:.9g} s but was {time:.9g} s.")
         if not (step > 0 and np.isfinite(time + step)):
             raise ComponentError(f"The step size is {step:g} s; expected a positive number of seconds.")
-        if time + step > self._stop_time + tolerance:
+        begin = time - self._skew if abs(time - expected) <= rounding else self.time
+        if min(begin, time) + step > self._stop_time + (rounding if begin == time else tolerance):
             raise ComponentError(
                 f"The step ends at {time + step:.9g} s; expected at most the stop time {self._stop_time:.9g} s."
             )
         self._check_parameters()
-        begin = time - self._skew if abs(time - expected) <= rounding else self.time
         if step >= TIME_TOLERANCE:
             before = Result(self._x, self._y.copy(), self._samples)
             n = stepping.internal_steps(self.component, before, self._p, self._start_time, begin, step)

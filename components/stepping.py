@@ -14,7 +14,7 @@ SINGLE = 2.0**-23
 """Relative spacing of numbers in single precision, in which some hosts keep time."""
 
 STEP_TOLERANCE = SINGLE
-"""Relative excess over whole internal steps that is rounding."""
+"""Relative excess over whole internal steps that is rounding, that of a step in single precision too."""
 
 SAMPLE_TOLERANCE = 1e-6
 """Share of the period by which the end of a step may pass a sample that belongs to the next step."""
@@ -31,9 +31,10 @@ class Result(NamedTuple):
 def leeway(time: float, step: float) -> float:
     """Return by how much a time may be off, in s, where a step begins or ends that a host rounds to single precision.
 
-    It is two spacings of such numbers, but at most a quarter of the step, which no step beside it comes near.
+    It is two spacings of such numbers, but at most a quarter of the step, which no step beside it comes near. It is 0
+    where they lie further apart than that: a host cannot keep its steps apart by them, and must have better ones.
     """
-    return min(2 * SINGLE * abs(time), step / 4)
+    return min(2 * SINGLE * abs(time), step / 4) if SINGLE * abs(time) <= step / 4 else 0.0
 
 
 def initial(component: Component, u: Vector, p: Vector) -> tuple[Vector, Vector]:

@@ -90,19 +90,57 @@ def test_a_whole_system_runs_for_an_hour_in_single_precision(systems, tmp_path):
     np.testing.assert_array_equal(run("single", added(0.03, HOUR), float(np.float32(0.03))), exact)
 
 
-@pytest.mark.parametrize("off", [-0.03, -0.01, 0.01, 0.03])
-def test_a_part_of_a_step_is_no_rounding_however_late(fmus, tmp_path, off):
-    one = Bench(fmus["adaptive_pd"], tmp_path)
-    one.must("SetupExperiment", 0, 0.0, 1e5, 0, 0.0)
+def began(fmu, folder, start=0.0, stop=None):
+    """Return both exports of a component, about to step from a start time: a bench, and a rig."""
+    one, rig = Bench(fmu, folder), Rig(COMPONENTS[fmu.stem])
+    one.must("SetupExperiment", 0, 0.0, start, stop is not None, stop or 0.0)
     one.must("EnterInitializationMode")
     one.must("ExitInitializationMode")
-    assert one.step(at=1e5 + 0.0074) == "ok"  # the spacing there is 7.8 ms
-    assert one.step(at=1e5 + 0.0374 + off) == "error"
-    assert "Expected the communication point 100000.037 s" in one.messages[-1]
-    rig = Rig(COMPONENTS["adaptive_pd"]).start(1e5)
-    rig.instance.do_step(1e5 + 0.0074, 0.03)
-    with pytest.raises(ComponentError, match=r"Expected the communication point 100000\.037 s"):
-        rig.instance.do_step(1e5 + 0.0374 + off, 0.03)
+    rig.instance.set_times(start, np.inf if stop is None else stop)
+    rig.instance.enter_initialization()
+    rig.instance.exit_initialization()
+    return one, rig
+
+
+def refusal(one, rig, time, h):
+    """Return what both exports say against a step, nothing if they take it."""
+    status = one.step(h, time)
+    try:
+        rig.instance.do_step(time, h)
+    except ComponentError as error:
+        said = [str(error)]
+    else:
+        said = []
+    assert (status, one.messages) == ("error" if said else "ok", said)
+    return "".join(said)
+
+
+@pytest.mark.parametrize("off", [-0.03, -0.01, 0.01, 0.03])
+def test_a_part_of_a_step_is_no_rounding_however_late(fmus, tmp_path, off):
+    both = began(fmus["adaptive_pd"], tmp_path, 6e4)
+    assert not refusal(*both, 6e4 + 0.0035, 0.03)  # the spacing there is 3.9 ms
+    assert "Expected the communication point 60000.0335 s" in refusal(*both, 6e4 + 0.0335 + off, 0.03)
+
+
+def test_where_single_precision_cannot_tell_steps_apart_a_clock_must_have_better(fmus, tmp_path):
+    both = began(fmus["adaptive_pd"], tmp_path, 1e5)
+    assert "Expected the communication point 100000 s" in refusal(*both, 1e5 + 1e-4, 0.03)  # the spacing is 7.8 ms
+    assert not refusal(*both, 1e5, 0.03)
+
+
+@pytest.mark.parametrize("clock", [added, multiplied, rounded])
+@pytest.mark.parametrize("h", [0.03, 0.1])  # the sums of which run ahead, and fall behind
+def test_a_run_in_single_precision_goes_to_its_stop_time_and_no_further(fmus, tmp_path, h, clock):
+    *times, last, over = clock(h, 1001).tolist()
+    single, stop = float(np.float32(h)), 1000 * h
+    both = began(fmus["scenario"], tmp_path, stop=stop)
+    for time in times:
+        assert not refusal(*both, time, single)
+    assert f"expected at most the stop time {stop:.9g} s" in refusal(*both, last, single + 3e-3)
+    assert not refusal(*both, last, single)
+    assert f"expected at most the stop time {stop:.9g} s" in refusal(*both, over, single)
+    rest = stop - over
+    assert rest < 1e-4 or not refusal(*both, over, rest)  # of a host whose clock is behind
 
 
 def test_a_clock_that_is_wrong_by_more_than_rounding_is_refused_early(fmus, tmp_path):
@@ -113,21 +151,16 @@ def test_a_clock_that_is_wrong_by_more_than_rounding_is_refused_early(fmus, tmp_
 
 
 def test_the_clock_of_the_host_is_saved_and_restored(fmus, tmp_path):
-    one, times, h = Bench(fmus["adaptive_pd"], tmp_path), added(0.03, 30_000)[-200:].tolist(), float(np.float32(0.03))
-    one.must("SetupExperiment", 0, 0.0, times[0], 0, 0.0)
-    one.must("EnterInitializationMode")
-    one.must("ExitInitializationMode")
-    rig = Rig(COMPONENTS["adaptive_pd"]).start(times[0])
+    times, h = added(0.03, 30_000)[-200:].tolist(), float(np.float32(0.03))
+    one, rig = began(fmus["adaptive_pd"], tmp_path, times[0])
     for time in times[:100]:
-        assert one.step(h, time) == "ok"
-        rig.instance.do_step(time, h)
+        assert not refusal(one, rig, time, h)
     kept, saved = one.save(), rig.instance.save()
     for _ in range(2):
         assert one.restore(kept) == "ok"
         rig.instance.restore(saved)
         for time in times[100:]:
-            assert one.step(h, time) == "ok"
-            rig.instance.do_step(time, h)
+            assert not refusal(one, rig, time, h)
     assert rig.instance._samples == 200
 
 

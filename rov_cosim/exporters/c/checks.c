@@ -57,7 +57,7 @@ double spacing(double time) {
 }
 
 double leeway(double time, double step) {
-    return fmin(2 * SINGLE * fabs(time), step / 4);
+    return SINGLE * fabs(time) <= step / 4 ? fmin(2 * SINGLE * fabs(time), step / 4) : 0;
 }
 
 static double rounding(const State *now) {
@@ -82,7 +82,8 @@ int is_step(Instance *instance, double time, double step) {
         say(instance->message, "The step size is %s s; expected a positive number of seconds.", number(step, 6, a));
         return 0;
     }
-    if (time + step > now->stop_time + tolerance) {
+    double begin = own_time(instance, time);
+    if (fmin(begin, time) + step > now->stop_time + (begin == time ? rounding(now) : tolerance)) {
         say(instance->message, "The step ends at %s s; expected at most the stop time %s s.", number(time + step, 9, a),
             number(now->stop_time, 9, b));
         return 0;
