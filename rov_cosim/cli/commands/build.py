@@ -11,9 +11,7 @@ from .. import options
 
 @click.command()
 @options.export
-@click.option(
-    "--all-platforms", is_flag=True, help="Native binaries for Linux, Windows and macOS, not this machine's alone."
-)
+@click.option("--all-platforms", is_flag=True, help="Native binaries for all platforms, not this machine's alone.")
 @click.option("--plain-ssp", is_flag=True, help="Archives with SSP content alone, which `fmpy simulate` cannot run.")
 def command(export: str, all_platforms: bool, plain_ssp: bool) -> None:
     """Build all FMUs and SSP archives; what is current stays untouched."""
