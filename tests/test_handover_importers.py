@@ -18,9 +18,10 @@ from rov_cosim.importers.measuring import CONTROLLER, SYSTEM, ImporterError, mea
 from rov_cosim.importers.page import measured
 from rov_cosim.importers.tools import IMPORTERS, Importer
 from typed import call
+from typical import typical
 
 ROOT = Path(__file__).parent.parent
-SLOW = {("fmpy_command", "controller"), ("toolbox", "controller"), ("toolbox", "loop"), ("sofirpy", "controller")}
+QUICK = {("fmpy", "controller"), ("ecos", "loop")}
 SECTIONS = {
     "FMPy": "fmpy",
     "Ecos": "ecos",
@@ -38,7 +39,7 @@ def skip_unless_installed(name):
 @pytest.mark.parametrize(
     ("name", "part"),
     [
-        pytest.param(name, part, marks=pytest.mark.slow if (name, part) in SLOW else ())
+        pytest.param(name, part, marks=() if (name, part) in QUICK else pytest.mark.slow)
         for name in IMPORTERS
         for part in ("controller", "loop")
     ],
@@ -62,7 +63,7 @@ def test_a_deviation_misses_nothing():
         deviation({"a": [4.0], "b": b}, ours)
 
 
-@pytest.mark.parametrize("title", SECTIONS)
+@pytest.mark.parametrize("title", typical(SECTIONS, "FMPy"))
 def test_the_examples_of_a_tool_run(fmus, archives, tmp_path, title):
     skip_unless_installed(SECTIONS[title])
     text = (ROOT / "rov_cosim" / "importers" / "importing.md.in").read_text()

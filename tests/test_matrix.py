@@ -47,6 +47,7 @@ def test_the_matrix_is_the_runs_one_by_one(loops, small):
         assert small.scores[cell] == score_of(loops[cell.vehicle, cell.controller], Changes(troubles=(cell.trouble,)))
 
 
+@pytest.mark.slow
 def test_of_several_seeds_a_cell_has_the_worst(loops):
     two = {key: loops[key] for key in ((VEHICLE, "adaptive_pd"), (VEHICLE, "pd"))}
     one_by_one = {

@@ -89,7 +89,7 @@ def test_the_name_can_be_chosen(archives, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"mine.csv", "mine.png"}
 
 
-@pytest.mark.parametrize("tool", ["fmpy_command", "ecos", "libcosim"])
+@pytest.mark.parametrize("tool", typical(["fmpy_command", "ecos", "libcosim"], "ecos"))
 def test_what_was_run_goes_to_another_tool_as_an_archive(fmus, tool, tmp_path):
     if IMPORTERS[tool].version() is None:
         pytest.skip(f"{IMPORTERS[tool].title} is not installed; the extra `importers` has it")

@@ -25,6 +25,7 @@ from rov_cosim.ssp.z_down import Z_DOWN
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.whole import writer
 from rov_cosim.whole.layout import laid_out
+from typical import typical
 
 COUPLINGS = {"jacobi": (0, jacobi), "gauss-seidel": (1, gauss_seidel)}
 NAME = "station_keeping"
@@ -272,7 +273,7 @@ def z_down(fmus, tmp_path_factory):
     return wire(declared, {**fmus, "ned": plant})
 
 
-@pytest.mark.parametrize("coupling", COUPLINGS)
+@pytest.mark.parametrize("coupling", typical(COUPLINGS, "jacobi"))
 def test_elements_of_another_make_are_loaded_and_get_the_factors(z_down, tmp_path, coupling):
     path, told = tmp_path / "ned.ssp", []
     assert writer.write(z_down, path, warn=told.append)

@@ -228,6 +228,7 @@ def test_a_vehicle_that_cannot_be_is_refused_in_a_line(fmus, tmp_path, command, 
     assert said in one_line(call(command, file_of(tmp_path, {**parameters_of("hoang_kreuzer"), **wrong})))
 
 
+@pytest.mark.slow
 def test_the_command_gives_the_extended_law_what_the_fleet_gives_it(fmus, tmp_path):
     gains = tmp_path / "gains.ssv"
     ok("tune", "rexrov", "--controller", "extended", "--thruster-lag", 0, "-o", gains)
