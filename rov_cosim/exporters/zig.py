@@ -25,10 +25,22 @@ TARGETS = {
     "linux64": ("x86_64-linux-gnu.2.17",),
     "win64": ("x86_64-windows-gnu",),
     "darwin64": ("x86_64-macos.11.0", "aarch64-macos.11.0"),
+    "aarch64-linux": ("aarch64-linux-gnu.2.17",),
+    "aarch64-windows": ("aarch64-windows-gnu",),
 }
-"""What each platform of FMI 2.0 is compiled for; several targets go into one universal binary."""
+"""What each platform of FMI 2.0 is compiled for, which calls others than those of x86 by the tuples of FMI 3.0.
 
-SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}
+Several targets go into one universal binary.
+"""
+
+SUFFIXES = {
+    "linux64": ".so",
+    "win64": ".dll",
+    "darwin64": ".dylib",
+    "aarch64-linux": ".so",
+    "aarch64-windows": ".dll",
+}
+_MACOS = {"darwin": "macos"}
 
 # Without contraction a product and a sum round twice on every machine, as they do in NumPy.
 FLAGS = (
@@ -101,16 +113,25 @@ def host_target() -> str:
     ------
     BuildError : there is none.
     """
-    for target in TARGETS.get(fmpy.platform, ()):
-        if target.startswith(f"{fmpy.architecture}-"):
+    all_targets = [target for targets in TARGETS.values() for target in targets]
+    for target in all_targets:
+        if target.startswith(f"{fmpy.architecture}-{_MACOS.get(fmpy.system, fmpy.system)}"):
             return target
-    known = ", ".join(target for targets in TARGETS.values() for target in targets)
+    known = ", ".join(all_targets)
     raise BuildError(f"There are no FMUs for {fmpy.platform_tuple}; expected one of {known}.")
 
 
 def host_platform() -> str:
     """Return the platform of FMI that this machine is, a key of `TARGETS`; BuildError if it is none."""
     return next(platform for platform, targets in TARGETS.items() if host_target() in targets)
+
+
+def host_folders() -> list[str]:
+    """Return the folders of an FMU's binaries that may hold this machine's, the best first.
+
+    Many an FMU for ARM has them where FMPy looks, in that of x86.
+    """
+    return [folder for folder in (fmpy.platform_tuple, fmpy.platform) if folder in (*TARGETS, fmpy.platform)]
 
 
 def standard_headers() -> dict[str, bytes]:

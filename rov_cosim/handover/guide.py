@@ -22,6 +22,8 @@ _PLATFORMS = {
     "linux64": ("Linux (glibc 2.17 or newer)", "Linux"),
     "win64": ("Windows 10", "on Windows `binaries/win64/{name}.dll` and no `-ldl -lm`"),
     "darwin64": ("macOS 11", "on macOS `binaries/darwin64/{name}.dylib`"),
+    "aarch64-linux": ("Linux on ARM", "on ARM `binaries/aarch64-linux/{name}.so`"),
+    "aarch64-windows": ("Windows 11 on ARM", "on ARM `binaries/aarch64-windows/{name}.dll`"),
 }
 """What each platform is called, and what differs there for a host in C."""
 

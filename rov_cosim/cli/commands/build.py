@@ -15,9 +15,7 @@ from .. import options
 @click.command()
 @click.argument("systems", type=options.SystemType(), nargs=-1)
 @options.export
-@click.option(
-    "--all-platforms", is_flag=True, help="Native binaries for Linux, Windows and macOS, not this machine's alone."
-)
+@click.option("--all-platforms", is_flag=True, help="Native binaries for all platforms, not this machine's alone.")
 @click.option("--plain-ssp", is_flag=True, help="Archives with SSP content alone, which `fmpy simulate` cannot run.")
 def command(systems: tuple[System | Path, ...], export: str, all_platforms: bool, plain_ssp: bool) -> None:
     """Build the FMUs of all components, and archives of SYSTEMS, or of all; what is current stays untouched."""

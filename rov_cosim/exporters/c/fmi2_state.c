@@ -27,7 +27,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
     Slave *slave = called(c, SET_STATE);
     if (!slave || !given(slave, SET_STATE, state, "FMUstate"))
         return fmi2Error;
-    return checked(slave, restore(&slave->instance, state));
+    return HELD(slave, restore(&slave->instance, state));
 }
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
@@ -70,8 +70,8 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
     size_t expected = saved_size(&slave->instance);
     if (size != expected)
         return refuse(slave, "The saved state has %lu bytes; expected %lu.", (unsigned long)size, (unsigned long)expected);
-    if (!is_saved(&slave->instance, bytes))
-        return report(slave, fmi2Error);
+    if (HELD(slave, is_saved(&slave->instance, bytes)) != fmi2OK)
+        return fmi2Error;
     if (!allocated(slave, state))
         return fmi2Error;
     memcpy(*state, bytes, expected);

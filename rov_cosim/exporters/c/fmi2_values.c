@@ -32,8 +32,8 @@ static fmi2Status get(fmi2Component c, Call call, Type type, const fmi2ValueRefe
     if (!slave || !are_variables(slave, call, type, vr, n, values))
         return fmi2Error;
     for (size_t i = 0; i < n && awaits_preview(&slave->instance); i++)
-        if (is_output(vr[i]) && !preview(&slave->instance))
-            return report(slave, fmi2Error);
+        if (is_output(vr[i]) && HELD(slave, preview(&slave->instance)) != fmi2OK)
+            return fmi2Error;
     const double *from = slave->instance.now.values;
     if (type == REAL)
         for (size_t i = 0; i < n; i++)
@@ -140,8 +140,8 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
             return refuse(slave, "The change of %s is not finite.", variables[known[i]].name);
         du[known[i]] += change[i];
     }
-    if (!directional_derivative(&slave->instance, du, dy))
-        return report(slave, fmi2Error);
+    if (HELD(slave, directional_derivative(&slave->instance, du, dy)) != fmi2OK)
+        return fmi2Error;
     for (size_t i = 0; i < n_unknown; i++) {
         if (!isfinite(dy[unknown[i] - N_U])) {
             say(slave->instance.message, "%s has no finite derivative here.", variables[unknown[i]].name);

@@ -9,6 +9,8 @@ typedef struct {
     Instance instance;
     fmi2CallbackFunctions callbacks;
     unsigned logged; /* a bit for each of `log_categories`, warnings first */
+    Environment host;
+    int went_well;
     char name[];
 } Slave;
 
@@ -31,6 +33,10 @@ fmi2Status refuse(Slave *slave, const char *format, ...);
 
 /* Return fmi2OK if all is fine, else report an error. */
 fmi2Status checked(Slave *slave, int fine);
+
+/* `checked` of what computes, which it does in the environment that it is meant for. */
+#define HELD(slave, computed)                                                                                          \
+    ((slave)->host = hold(), (slave)->went_well = (computed), give_back((slave)->host), checked(slave, (slave)->went_well))
 
 /* Whether a pointer is not NULL; reports an error if it is. */
 int given(Slave *slave, Call call, const void *pointer, const char *argument);
