@@ -139,7 +139,7 @@ INSTALLED = (
     ("troubles",),
     ("run", "station_keeping", "--stop-time", "0.3", "--archive", "ran.ssp"),
     ("run", "ran.ssp", "--stop-time", "0.3"),
-    ("build",),
+    ("build", "station_keeping"),
     ("show", "station_keeping", "--picture", "wiring.svg"),
     ("compare", "station_keeping", "bluerov2", "--stop-time", "0.3"),
     ("matrix", "--vehicle", "bluerov2", "--controller", "pid", "--trouble", "bias"),
