@@ -107,7 +107,7 @@ def test_what_was_run_goes_to_another_tool_as_an_archive(fmus, tool, tmp_path):
     assert measure(tool, "loop", changed, 9.0) <= IMPORTERS[tool].tolerance
 
 
-@pytest.mark.parametrize("name", typical(["station_keeping", "bluerov2"], "station_keeping"))
+@pytest.mark.parametrize("name", typical(["station_keeping", "bluerov2"]))
 def test_each_trouble_of_a_system_becomes_an_archive(fmus, name, tmp_path):
     written = set()
     for trouble in TROUBLES:

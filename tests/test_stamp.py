@@ -92,9 +92,11 @@ def test_a_current_fmu_costs_no_tracing_and_nothing_is_written(built, export):
     ("export", "file", "old", "new"),
     [
         ("native", "rov_cosim/components/scenario/equations.py", "p.step +", "2 * p.step +"),
-        ("native", "rov_cosim/components/scenario/README.md", "#", "# Another:"),
+        pytest.param(*("native", "rov_cosim/components/scenario/README.md", "#", "# Another:"), marks=pytest.mark.slow),
         ("native", "rov_cosim/exporters/c/slave.c", "fmi2", "/* */ fmi2"),
-        ("native", "rov_cosim/exporters/c_tables.py", "/* Sizes of", "/* The sizes of"),
+        pytest.param(
+            *("native", "rov_cosim/exporters/c_tables.py", "/* Sizes of", "/* The sizes of"), marks=pytest.mark.slow
+        ),
         ("pythonfmu", "rov_cosim/components/scenario/equations.py", "p.step +", "2 * p.step +"),
         ("pythonfmu", "rov_cosim/components/noise.py", "from typ", "# Why.\nfrom typ"),
         ("pythonfmu", "rov_cosim/exporters/pythonfmu_slave.py", "from coll", "# Why.\nfrom coll"),
