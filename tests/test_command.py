@@ -78,7 +78,6 @@ def test_the_benchmark_prints_every_table(archives, python_archives, monkeypatch
         assert re.search(heading, output)
     ratios = {line.split("  ")[0]: float(line.split()[-1]) for line in output.splitlines() if " loop : " in line}
     assert len(ratios) == 5
-    assert min(ratios.values()) > 0.0
 
 
 @pytest.mark.parametrize(

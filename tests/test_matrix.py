@@ -147,6 +147,19 @@ def test_an_interrupted_matrix_keeps_its_scores(loops):
 
 
 @pytest.mark.slow
+def test_a_temporary_folder_may_be_too_long_for_a_socket(fmus, tmp_path):
+    temporary = tmp_path / ("a" * 100)
+    temporary.mkdir()
+    some = ["--vehicle", VEHICLE, "--controller", "pd", "--trouble", "still_water", "--jobs", "2", "--output", tmp_path]
+    command = [sys.executable, "-m", "rov_cosim.cli.main", "matrix", *map(str, some)]
+    done = subprocess.run(
+        command, env={**os.environ, "TMPDIR": str(temporary)}, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, "1 offset" in done.stdout) == (0, True), done.stderr
+    assert not list(temporary.iterdir())
+
+
+@pytest.mark.slow
 def test_the_page_has_the_verdicts_of_the_matrix_and_each_failure_is_explained(fmus):
     matrix = run_all(wired([*VEHICLES, *WIRED], CONTROLLERS), list(TROUBLES), jobs=os.cpu_count())
 
