@@ -22,11 +22,11 @@ TIME_TOLERANCE = 1e-9
 MOST_INTERNAL_STEPS = 1_000_000
 """Internal steps or samples that one step may take; more would look like a hang."""
 
-STATE_VERSION = 2
+STATE_VERSION = 3
 """Version of a saved state; raised whenever its form changes."""
 
 _HEADER = struct.Struct("<16sI")
-_FLAGS_AND_CLOCK = 7
+_FLAGS_AND_CLOCK = 8
 
 
 class Phase(IntEnum):
@@ -68,6 +68,7 @@ class Instance:
         self._x = np.zeros(component.x.size)
         self.phase = Phase.INSTANTIATED
         self.time = self._start_time = 0.0
+        self._skew = 0.0  # of the host's clock: what its times are off by, beyond the rounding of doubles
         self._stop_time = np.inf
         self._samples = 0
         self._stale = True
@@ -138,6 +139,10 @@ class Instance:
     def do_step(self, time: float, step: float) -> None:
         """Advance from `time` to `time + step` in s with the inputs held.
 
+        A host that keeps time in single precision rounds each `time`: taken within `leeway`. The clock here then goes
+        on by the steps, so that each has its samples, and expects the next step where the host's clock will be. No step
+        may end beyond the stop time by both clocks; within `leeway` it may where the host's clock has been rounded.
+
         Raises
         ------
         ComponentError : the step is not positive, far too long or goes beyond the stop time, the time is not where the
@@ -145,30 +150,34 @@ class Instance:
             before the step.
         """
         self._expect(Phase.RUNNING, "A step can be taken")
-        tolerance = TIME_TOLERANCE * max(1.0, self.time - self._start_time) + 4 * np.spacing(abs(self.time))
-        if not abs(time - self.time) <= tolerance < np.inf:
-            raise ComponentError(f"Expected the communication point {self.time:.9g} s but was {time:.9g} s.")
+        expected = self.time + self._skew
+        rounding = TIME_TOLERANCE * max(1.0, self.time - self._start_time) + 4 * np.spacing(abs(self.time))
+        tolerance = max(rounding, stepping.leeway(expected, step))
+        if not abs(time - expected) <= tolerance < np.inf:
+            raise ComponentError(f"Expected the communication point {expected:.9g} s but was {time:.9g} s.")
         if not (step > 0 and np.isfinite(time + step)):
             raise ComponentError(f"The step size is {step:g} s; expected a positive number of seconds.")
-        if time + step > self._stop_time + tolerance:
+        begin = time - self._skew if abs(time - expected) <= rounding else self.time
+        if min(begin, time) + step > self._stop_time + (rounding if begin == time else tolerance):
             raise ComponentError(
                 f"The step ends at {time + step:.9g} s; expected at most the stop time {self._stop_time:.9g} s."
             )
         self._check_parameters()
         if step >= TIME_TOLERANCE:
             before = Result(self._x, self._y.copy(), self._samples)
-            n = stepping.internal_steps(self.component, before, self._p, self._start_time, time, step)
+            n = stepping.internal_steps(self.component, before, self._p, self._start_time, begin, step)
             if not n <= MOST_INTERNAL_STEPS:
                 raise ComponentError(
                     f"The step of {step:g} s takes {n:.3g} internal steps; expected at most {MOST_INTERNAL_STEPS}: "
                     "take a shorter one."
                 )
             with np.errstate(all="ignore"):  # what diverges is caught below, with a message
-                after = stepping.advance(self.component, before, self._u, self._p, self._start_time, time, step)
+                after = stepping.advance(self.component, before, self._u, self._p, self._start_time, begin, step)
             self._check_result(after.x, after.y, f"The step from {time:.9g} s failed")
             self._x, self._y[:], self._samples = after
             self._notify(before.y)
-        self.time = time + step
+        self._skew = time - begin
+        self.time = begin + step
 
     def terminate(self) -> None:
         """End the run; values stay readable. Once more is no harm."""
@@ -179,7 +188,7 @@ class Instance:
     def save(self) -> bytes:
         """Return all that the rest of the run depends on."""
         flags = (float(self.phase), float(self._stale), float(self._unchecked))
-        clock = (self.time, self._start_time, self._stop_time, float(self._samples))
+        clock = (self.time, self._skew, self._start_time, self._stop_time, float(self._samples))
         content = np.concatenate([flags, clock, self._x, self._values]).astype("<f8").tobytes()
         return _HEADER.pack(self._fingerprint, crc32(content)) + content
 
@@ -199,9 +208,10 @@ class Instance:
         if checksum != crc32(state[_HEADER.size :]):
             raise ComponentError("The saved state is damaged: it is not what this component has saved.")
         content = np.frombuffer(state[_HEADER.size :], dtype="<f8")
-        phase, stale, unchecked, time, start, stop, samples = content[:_FLAGS_AND_CLOCK].tolist()
+        phase, stale, unchecked, time, skew, start, stop, samples = content[:_FLAGS_AND_CLOCK].tolist()
         self.phase, self._stale, self._unchecked = Phase(int(phase)), bool(stale), bool(unchecked)
-        self.time, self._start_time, self._stop_time, self._samples = time, start, stop, int(samples)
+        self.time, self._skew, self._start_time = time, skew, start
+        self._stop_time, self._samples = stop, int(samples)
         vector = content[_FLAGS_AND_CLOCK:]
         self._x, self._values[:] = vector[: self._x.size].copy(), vector[self._x.size :]
 
@@ -222,10 +232,7 @@ class Instance:
     def _check_parameters(self) -> None:
         if not self._unchecked:
             return
-        p = self.component.p.unpack(self._p)
-        with np.errstate(all="ignore"):
-            unmet = [r.message for r in self.component.requirements if not r.margin(p) > 0]
-        if unmet:
+        if unmet := self.component.unmet(self.component.p.unpack(self._p)):
             raise ComponentError(" ".join(unmet))
         self._unchecked = False
 

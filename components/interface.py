@@ -222,6 +222,11 @@ class Component:
         """Layout of the states."""
         return Layout(self.states)
 
+    def unmet(self, p: SimpleNamespace) -> list[str]:
+        """Return the message of each requirement that the parameters do not meet."""
+        with np.errstate(all="ignore"):
+            return [one.message for one in self.requirements if not one.margin(p) > 0]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Continuous(Component):

@@ -10,8 +10,11 @@ from .noise import standard_normal
 
 Vector = NDArray[np.float64]
 
-STEP_TOLERANCE = 1e-9
-"""Relative excess over whole internal steps that is rounding."""
+SINGLE = 2.0**-23
+"""Relative spacing of numbers in single precision, in which some hosts keep time."""
+
+STEP_TOLERANCE = SINGLE
+"""Relative excess over whole internal steps that is rounding, that of a step in single precision too."""
 
 SAMPLE_TOLERANCE = 1e-6
 """Share of the period by which the end of a step may pass a sample that belongs to the next step."""
@@ -23,6 +26,15 @@ class Result(NamedTuple):
     x: Vector
     y: Vector
     samples: int
+
+
+def leeway(time: float, step: float) -> float:
+    """Return by how much a time may be off, in s, where a step begins or ends that a host rounds to single precision.
+
+    It is two spacings of such numbers, but at most a quarter of the step, which no step beside it comes near. It is 0
+    where they lie further apart than that: a host cannot keep its steps apart by them, and must have better ones.
+    """
+    return min(2 * SINGLE * abs(time), step / 4) if SINGLE * abs(time) <= step / 4 else 0.0
 
 
 def initial(component: Component, u: Vector, p: Vector) -> tuple[Vector, Vector]:
@@ -38,7 +50,7 @@ def advance(
 ) -> Result:
     """Return the result of a step from `time` to `time + step` of a run that began at `start`, in s."""
     if isinstance(component, Sampled):
-        return _take_samples(component, before, u, p, start, time + step)
+        return _take_samples(component, before, u, p, start, time, step)
     return _integrate(component, before, u, p, step)
 
 
@@ -51,10 +63,13 @@ def internal_steps(component: Component, before: Result, p: Vector, start: float
     return step / float(getattr(parameters, component.max_step))
 
 
-def _take_samples(component: Sampled, before: Result, u: Vector, p: Vector, start: float, end: float) -> Result:
-    """Take all samples due before `end`; one that is due at `end` belongs to the next step."""
+def _take_samples(
+    component: Sampled, before: Result, u: Vector, p: Vector, start: float, time: float, step: float
+) -> Result:
+    """Take all samples due before the end of a step; one that is due at its end belongs to the next step."""
     period = float(getattr(component.p.unpack(p), component.period))
-    rounding = SAMPLE_TOLERANCE * period + 4 * np.spacing(abs(end))
+    end = time + step
+    rounding = max(SAMPLE_TOLERANCE * period + 4 * np.spacing(abs(end)), leeway(end - start, min(step, period)))
     x, y, samples = before
     while samples * period < end - start - rounding:
         x, y = _sample(component, x, u, p, samples)

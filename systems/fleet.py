@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rov_cosim.components.adaptive_pd import COMPONENT as ADAPTIVE_PD
+from rov_cosim.components.instance import ComponentError, Instance
 from rov_cosim.components.interface import POSE, VELOCITY, XYZ, Component, Sampled
 from rov_cosim.components.passive_arm import COMPONENT as PASSIVE_ARM
 from rov_cosim.components.pid import COMPONENT as PID
@@ -56,7 +57,7 @@ The filter is slower than the paper's because the tuning rule damps more: K_D / 
 """
 
 RULE = Rule(integral=0.17, adapted=0.27)
-"""Integrates faster than the rule by itself, for currents vary in a minute, with an epsilon_0 for which V falls."""
+"""Integrates faster than the rule by itself, for currents vary in a minute; the theorem certifies its epsilon_0."""
 
 ARM_SHARE = 0.4
 """Of the adaptation that the rule gives the arm's force, as much is left to it; the umbilical's force takes the rest.
@@ -88,6 +89,9 @@ WIRED = {f"{vehicle}_taut_wire": vehicle for vehicle in ("hoang_kreuzer", "bluer
 LOOPS = (*product(VEHICLES, CONTROLLERS), *product(WIRED, ("adaptive_pd", "extended")))
 """Vehicle and controller of each system of the fleet."""
 
+EXTENDED = ("extended", "pid")
+"""Those with `EXTENSIONS`, gains by `RULE`, and the rate of the set-point."""
+
 STOP_TIME = 300.0
 """Duration of a run in s: a trouble may come at 60 s, and the yaw is adapted through the arm's lever, which is slow."""
 
@@ -116,7 +120,7 @@ def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
     """
     measured, sensor = WIRED.get(vehicle, vehicle), TAUT_WIRE if vehicle in WIRED else PASSIVE_ARM
     plant = parameters_of(measured)
-    component, is_extended = CONTROLLERS[controller], controller in ("extended", "pid")
+    component, is_extended = CONTROLLERS[controller], controller in EXTENDED
     gains = extended(component, plant) if is_extended else scaled(component, plant)
     known = {**shared(component, plant), **gains}
     attachment = {
@@ -138,19 +142,33 @@ def holding(vehicle: str, controller: str = "adaptive_pd") -> System:
     )
 
 
+def file_of(vehicle: str) -> Path:
+    """Return the file of one of `VEHICLES`."""
+    return Path(__file__).parent / "vehicles" / f"{vehicle}.ssv"
+
+
 @cache
 def parameters_of(vehicle: str) -> Mapping[str, Value]:
     """Return the parameters of `rov_plant` for one of `VEHICLES`, or for the vehicle of an SSV file.
 
     Raises
     ------
-    WiringError : its file is missing or wrong, or has not all parameters.
+    WiringError : its file is missing or wrong, has not all parameters, or there is no such vehicle.
     """
-    path = Path(vehicle) if vehicle.endswith(".ssv") else Path(__file__).parent / "vehicles" / f"{vehicle}.ssv"
+    path = Path(vehicle) if vehicle.endswith(".ssv") else file_of(vehicle)
     found = read_parameter_set(path, describe(ROV_PLANT))
     if vehicle not in VEHICLES and (lacking := parameters_of(next(iter(VEHICLES))).keys() - found.keys()):
         names = ", ".join(sorted(lacking)[:4])
-        raise WiringError(vehicle, [f"{len(lacking)} parameters of a vehicle are not in it: {names} ..."])
+        more = ", ..." if len(lacking) > 4 else ""
+        raise WiringError(vehicle, [f"It lacks {len(lacking)} of a vehicle's parameters: {names}{more}."])
+    try:
+        asked = Instance(ROV_PLANT)
+        first = ROV_PLANT.u.size + ROV_PLANT.y.size
+        asked.set([first + ROV_PLANT.p.names.index(name) for name in found], [float(value) for value in found.values()])
+        asked.enter_initialization()
+        asked.exit_initialization()
+    except ComponentError as error:
+        raise WiringError(vehicle, [str(error)]) from None
     return found
 
 
@@ -182,18 +200,43 @@ def scaled(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]
     return {name: float(f"{declared[name] * r:.4g}") for name, r in ratio.items()}
 
 
-def extended(component: Sampled, plant: Mapping[str, Value]) -> dict[str, Value]:
-    """Return the gains of a controller for a vehicle by the tuning rule, and what it has of `EXTENSIONS`."""
+def extended(
+    component: Sampled, plant: Mapping[str, Value], timing: Timing | None = None, rule: Rule = RULE
+) -> dict[str, Value]:
+    """Return the gains of a controller for a vehicle by the tuning rule, and what it has of `EXTENSIONS`.
+
+    If left out, timing is `timing_of` the extended law, with ideal thrusters: what Heavy and RexROV have of lag, 20 and
+    50 ms, costs more of the integral than it takes of the margins.
+    """
     has = {name: value for name, value in EXTENSIONS.items() if name in component.p.names}
-    timing = Timing(filter_time_constant=float(EXTENSIONS["filter_time_constant"]))
-    gains = tuned(component, inertia(plant), shared(component, plant), timing, RULE)
+    timing = timing or timing_of("extended")
+    gains = tuned(component, inertia(plant), shared(component, plant), timing, rule)
     if "Gamma.M.z" in gains:
-        gains |= _learnt_by_couple(gains, plant, inertia(plant)[3:] * RULE.omega(timing) ** 2)
-    return {**gains, **has}
+        gains |= _learnt_by_couple(gains, plant, inertia(plant)[3:] * rule.omega(timing) ** 2, rule)
+    return {**gains, **has, "filter_time_constant": timing.filter_time_constant}
+
+
+def timing_of(controller: str) -> Timing:
+    """Return what delays the loop of a controller, with thrusters without lag."""
+    has_filter = controller in EXTENDED
+    return Timing(filter_time_constant=float(EXTENSIONS["filter_time_constant"])) if has_filter else Timing()
+
+
+def rule_of(controller: str) -> Rule:
+    """Return the rule by which a controller is tuned."""
+    return RULE if controller in EXTENDED else Rule()
+
+
+def tuned_for(controller: str, plant: Mapping[str, Value], timing: Timing, rule: Rule) -> dict[str, Value]:
+    """Return the gains by the rule, shares of the estimates included, of one of `CONTROLLERS` for a vehicle."""
+    component = CONTROLLERS[controller]
+    if controller in EXTENDED:
+        return extended(component, plant, timing, rule)
+    return {**tuned(component, inertia(plant), shared(component, plant), timing, rule)}
 
 
 def _learnt_by_couple(
-    gains: Mapping[str, float], plant: Mapping[str, Value], stiffness: NDArray[np.float64]
+    gains: Mapping[str, float], plant: Mapping[str, Value], stiffness: NDArray[np.float64], rule: Rule
 ) -> dict[str, float]:
     """Return what `ARM_SHARE` and `YAW_SHARE` change in tuned gains.
 
@@ -209,7 +252,7 @@ def _learnt_by_couple(
         for point in "AC"
         for axis, lever in ("xy", "yx")
     )
-    couple = dict(zip(COUPLE, RULE.adapted * stiffness, strict=True))
+    couple = dict(zip(COUPLE, rule.adapted * stiffness, strict=True))
     gamma |= {f"Gamma.{moment}": value for moment, value in couple.items()}
     gamma["Gamma.M.z"] = max(YAW_SHARE * stiffness[2] - by_levers, 0.0)
     changed = {**gamma, "K_P.psi": (1 - YAW_SHARE) * stiffness[2]}

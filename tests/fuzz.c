@@ -48,7 +48,8 @@ static double period(const State *now) {
 
 static double steps_of(const State *now, double time, double size) {
     Result result = {.samples = now->samples};
-    Conditions at = {now->values, now->u_rate, &now->values[FIRST_PARAMETER], now->start_time, time};
+    Conditions at = {now->values, now->u_rate, &now->values[FIRST_PARAMETER], now->constants,
+                     now->start_time, time};
     return internal_steps(&result, &at, size);
 }
 
@@ -56,10 +57,12 @@ static int has_failed(const State *now) {
     return (void)now, 0;
 }
 
-/* A refused call too may find that the parameters are fine: they stay so. */
+/* A refused call too may find that the parameters are fine: they stay so, and what follows from them is known. */
 static void excuse(const State *now, State *known) {
-    if (!now->unchecked)
+    if (!now->unchecked) {
         known->unchecked = 0;
+        memcpy(known->constants, now->constants, sizeof known->constants);
+    }
 }
 #endif
 

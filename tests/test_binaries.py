@@ -26,7 +26,10 @@ LIBRARIES = {
     "linux64": {"libc.so.6", "libm.so.6"},
     "win64": {"KERNEL32.dll"},
     "darwin64": {"/usr/lib/libSystem.B.dylib"},
+    "aarch64-linux": {"libc.so.6", "libm.so.6"},
+    "aarch64-windows": {"KERNEL32.dll"},
 }
+ARCHITECTURES = {"x86_64": lief.Header.ARCHITECTURES.X86_64, "aarch64": lief.Header.ARCHITECTURES.ARM64}
 # fmt: off
 HARMLESS = {
     "acos", "asin", "atan2", "ceil", "cos", "exp", "expm1", "fabs", "floor", "fmax", "fmin", "log", "nextafter", "pow",
@@ -66,8 +69,8 @@ def universal(tmp_path_factory) -> dict[str, Path]:
 def assert_self_sufficient(fmu, name, platform):
     content = archive.read(fmu)[f"binaries/{platform}/{name}{zig.SUFFIXES[platform]}"]
     parsed = lief.MachO.parse(list(content)) if platform == "darwin64" else [lief.parse(list(content))]
-    assert len(list(parsed)) == len(zig.TARGETS[platform])
-    for binary in parsed:
+    for binary, target in zip(parsed, zig.TARGETS[platform], strict=True):
+        assert binary.abstract.header.architecture == ARCHITECTURES[target.split("-")[0]]
         libraries = {getattr(library, "name", library) for library in binary.libraries}
         own = {f"{name}.dylib"}  # a Mach-O names itself, and Windows has its C runtime in parts
         assert {lib for lib in libraries - own if not lib.startswith("api-ms-win-crt-")} <= LIBRARIES[platform]
@@ -77,7 +80,7 @@ def assert_self_sufficient(fmu, name, platform):
         assert exported == STANDARD
         if platform == "darwin64":
             assert tuple(binary.build_version.minos)[:2] <= (11, 0)
-        if platform == "linux64":
+        if zig.SUFFIXES[platform] == ".so":
             versions = {v.name for needed in binary.symbols_version_requirement for v in needed.get_auxiliary_symbols()}
             assert max(tuple(map(int, v.removeprefix("GLIBC_").split("."))) for v in versions) <= (2, 17)
 

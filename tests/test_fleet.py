@@ -5,12 +5,15 @@ import pytest
 
 from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.vehicle import COUPLE, FORCES
+from rov_cosim.control.certificate import Certificate
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp.wiring import WiringError
+from rov_cosim.study.looped import loop_of
 from rov_cosim.study.matrix import Cell, run_all, wired
 from rov_cosim.systems import fleet, station_keeping
 from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, holding, parameters_of
 from typed import call
+from typical import typical
 
 PAPER = dict(zip(CONTROLLER.p.names, CONTROLLER.p.start.tolist(), strict=True))
 TOTALS = {"x": 120.0, "y": 128.0, "z": 136.0, "psi": 14.7}
@@ -57,6 +60,15 @@ def test_the_extended_law_has_the_bandwidth_of_its_lag_in_every_axis(vehicle):
         assert gains[f"K_P.{axis}"] + gamma[axis] == pytest.approx(M[axis] * omega**2, rel=2e-3)
         assert gains[f"K_D.{axis}"] == pytest.approx(2 * 0.7 * M[axis] * omega, rel=1e-3)
     assert gains["epsilon_0"] * 0.27 == pytest.approx(0.17 * omega, rel=1e-3)
+
+
+@pytest.mark.parametrize("vehicle", typical(VEHICLES, "bluerov2"))
+def test_the_theorem_certifies_the_extended_law_of_every_vehicle(loops, vehicle):
+    found = Certificate("", loop_of(loops[vehicle, "extended"]))
+    undamped, damped = (conditions[-1] for conditions in found.conditions)
+    assert undamped.margin > 0
+    # BlueROV2 is at the limit with its own damping.
+    assert damped.largest > found.case.epsilon_0 * (0.999 if vehicle == "bluerov2" else 1.0)
 
 
 def test_the_extensions_are_off_in_the_papers_columns():

@@ -116,7 +116,7 @@ def shown(fmus, tmp_path_factory):
     [
         ("tight, delay_5", r"worst [\d.]+ mm; at most 1 mm"),
         ("tight, delay_5", r"settling [\d.]+ s; at most 1 s"),
-        ("flipped, still_water", r"verdict lost at [\d.]+ s: the arm is out of reach; at worst held"),
+        ("flipped, still_water", r"verdict lost at [\d.]+ s: out of the sensor's reach; at worst held"),
         (
             "flipped",
             "rov_plant goes the other way when it is pushed along x, y, z, psi: a sign is wrong between contro",

@@ -67,8 +67,15 @@ def in_degrees(sample, x, u, p, w):
     ("change", "signal", "told"),
     [
         (flipped, "disturbance.Z", r"departs in step_response at [\d.]+ s: \S+ instead of \S+; the sign is flipped"),
-        (regained, "tau.Z", r"departs in step_response at 1\.0\d s: -20\.02 instead of -20$"),
-        (in_degrees, "e.psi", r"departs in step_response at 1\.0\d s: -57\.\d+ instead of -1; it is in degrees"),
+        pytest.param(
+            regained, "tau.Z", r"departs in step_response at 1\.0\d s: -20\.02 instead of -20$", marks=pytest.mark.slow
+        ),
+        pytest.param(
+            in_degrees,
+            "e.psi",
+            r"departs in step_response at 1\.0\d s: -57\.\d+ instead of -1; it is in degrees",
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["sign", "gain", "unit"],
 )

@@ -14,6 +14,7 @@ from rov_cosim.importers.tools import IMPORTERS
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.systems.catalogue import SYSTEMS
+from typical import typical
 
 STOP = 12.0
 # libcosim keeps time in whole nanoseconds, so that its steps differ in the last digit. The vehicle sums that up, and
@@ -53,14 +54,10 @@ def test_stock_fmpy_runs_the_whole_archive_as_typed(archives, tmp_path):
 
 @pytest.mark.parametrize(
     "name",
-    [
-        "station_keeping",
-        "paper_simulation",
-        "paper_simulation_pd",
+    typical(
+        ["station_keeping", "paper_simulation", "station_keeping_taut_wire", "bluerov2_heavy", "rexrov_pid"],
         "station_keeping_taut_wire",
-        "bluerov2_heavy",
-        "rexrov_pid",
-    ],
+    ),
 )
 def test_stock_fmpy_runs_every_archive(archives, tmp_path, name):
     theirs = stock_fmpy(archives[name], tmp_path, "--stop-time", "9")
@@ -98,7 +95,10 @@ def test_stock_fmpy_tells_why_an_fmu_refuses(archives, tmp_path):
 @pytest.mark.parametrize("tool", TOLERANCE)
 @pytest.mark.parametrize(
     "name",
-    ["station_keeping_pd", "paper_simulation", "paper_simulation_pd", "station_keeping_taut_wire", "bluerov2_heavy"],
+    typical(
+        ["station_keeping_pd", "paper_simulation", "station_keeping_taut_wire", "bluerov2_heavy"],
+        "station_keeping_taut_wire",
+    ),
 )
 def test_other_masters_load_and_run_every_archive(archives, tool, name):
     if IMPORTERS[tool].version() is None:

@@ -16,6 +16,8 @@ from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.whole import linking
 from rov_cosim.whole.layout import laid_out
 
+pytestmark = pytest.mark.slow
+
 HERE = Path(__file__).parent
 NAME, H, STEPS = "hoang_kreuzer", 0.03, 1000
 VALUES = {"controller.K_P.x": 123.4, "passive_arm.seed": 7, "passive_arm.dropout": 0.2, "controller.adaptation": 1}
@@ -77,7 +79,6 @@ def test_its_numbers_are_those_of_the_fmus(module, wiring, coupling, function):
         np.testing.assert_allclose(column, ours[name], rtol=0, atol=1e-10, err_msg=name)
 
 
-@pytest.mark.slow
 def test_its_numbers_are_those_of_the_same_c_with_the_same_libm(module, wiring, tmp_path):
     layout, path = module
     target = "x86_64-linux-musl"

@@ -10,7 +10,7 @@ from rov_cosim.control.loop import LoopError
 from rov_cosim.control.margins import linear
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp.declaration import wire
-from rov_cosim.study.certificate_page import page
+from rov_cosim.study.certificate_page import page, work_lines
 from rov_cosim.study.changes import Changes
 from rov_cosim.study.looped import loop_of
 from rov_cosim.systems.catalogue import SYSTEMS
@@ -96,6 +96,7 @@ def test_noise_moves_the_thrusters_as_predicted(wirings, certificates):
     assert certificates["station_keeping"].thrust_noise == pytest.approx(u.std(), rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_largest_sample_time_is_where_the_loop_turns_unstable(certificates):
     found = certificates["station_keeping_pd"]
     period = found.largest_sample_time
@@ -114,11 +115,23 @@ def test_the_gains_are_what_the_controller_does(certificates, name):
     assert np.diag(found.K_I) == pytest.approx(0.3 * learned, abs=1e-4)
 
 
+def test_a_load_without_gamma_is_not_learned(wirings):
+    """The couple has no Gamma by default; without the arm's nothing has a lever to learn the yaw by."""
+    wiring = wirings["station_keeping"]
+    assert Certificate("", loop_of(wiring)).learned[0] == 7
+    wiring = wiring.with_values({f"controller.Gamma.F_A.{axis}": 0.0 for axis in "xyz"})
+    found = Certificate("", loop_of(wiring))
+    assert (found.learned[0], int(np.sum(found.learned[1] > 0))) == (4, 3)
+    text = "\n".join(work_lines(found))
+    assert "CANNOT BE LEARNED: the moment about (0.00 0.00 1.00) in body axes" in text
+
+
 @pytest.mark.slow
 def test_the_page_says_what_cannot_be_learned(wirings):
     wiring = Changes(troubles=("six_dof",)).applied(wirings["bluerov2_heavy"])
     text = "\n".join(page(Certificate("six", loop_of(wiring))))
     assert "rank 5" in text
+    assert "whatever the constant loads are that it estimates" in text
     assert "the line from r_A to r_C, about which neither arm nor umbilical has a lever" in text
 
 
@@ -126,6 +139,19 @@ def test_the_page_says_what_cannot_be_learned(wirings):
 def test_the_page_tells_of_thrusters_that_are_too_weak(wirings):
     wiring = Changes(troubles=("overload",)).applied(wirings["rexrov"])
     assert any("TOO WEAK" in line for line in page(Certificate("weak", loop_of(wiring))))
+
+
+@pytest.mark.parametrize(("share", "stable"), [(0.75, True), (1.1, False)])
+def test_the_munk_moment_of_a_current_turns_a_yaw_that_is_held_too_softly(wirings, share, stable):
+    values = {f"controller.Gamma.F_A.{axis}": 0.0 for axis in "xyz"}  # the drag taken for the arm's would turn it too
+    values |= {"controller.K_P.psi": 1.0, "controller.Gamma.M.z": 1.6}
+    wiring = wirings["station_keeping"].with_values({**WITHOUT_LOADS, **values})
+    limit = Certificate("", loop_of(wiring)).current_limit
+    K, K_I, K_D = 1.0 + 1.6, 0.3 * 1.6, 45.0
+    assert limit == pytest.approx(np.sqrt((K - 14.7 * K_I / K_D) / 8.0), rel=1e-3)
+    assert (
+        Certificate("", loop_of(wiring.with_values({"rov_plant.current.x": share * limit}))).linear.is_stable == stable
+    )
 
 
 def test_a_loop_of_two_sample_times_is_refused(wirings):

@@ -21,6 +21,7 @@ from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.wiring import End, Link, Wiring
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.whole import writer as ssp_writer
+from typical import distinct, typical
 
 
 def chain(plain_gain, tmp_path, n=3, **parameters):
@@ -121,11 +122,14 @@ def test_the_start_time_is_that_of_the_experiment(fmus, tmp_path):
 
 
 @pytest.mark.parametrize("coupling", [jacobi, gauss_seidel])
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize(
+    "name",
+    typical(distinct(SYSTEMS, "paper_simulation", "bluerov2_heavy_pid"), "station_keeping", "bluerov2_heavy_pid"),
+)
 def test_the_steps_in_c_are_those_in_python_to_the_last_bit(fmus, name, coupling):
     wiring = wire(SYSTEMS[name], fmus)
     assert np.array_equal(
-        simulate(wiring, coupling, stop_time=6.0), simulate(wiring, coupling, stop_time=6.0, in_numpy=True)
+        simulate(wiring, coupling, stop_time=3.0), simulate(wiring, coupling, stop_time=3.0, in_numpy=True)
     )
 
 

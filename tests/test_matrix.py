@@ -47,6 +47,7 @@ def test_the_matrix_is_the_runs_one_by_one(loops, small):
         assert small.scores[cell] == score_of(loops[cell.vehicle, cell.controller], Changes(troubles=(cell.trouble,)))
 
 
+@pytest.mark.slow
 def test_of_several_seeds_a_cell_has_the_worst(loops):
     two = {key: loops[key] for key in ((VEHICLE, "adaptive_pd"), (VEHICLE, "pd"))}
     one_by_one = {
@@ -143,6 +144,19 @@ def test_an_interrupted_matrix_keeps_its_scores(loops):
     with pytest.raises(MatrixError, match="Interrupted after 2 of 8 runs") as error:
         run_all(loops, ["still_water", "delay_5"], jobs=1, progress=interrupted)
     assert len(error.value.matrix.scores) == 2
+
+
+@pytest.mark.slow
+def test_a_temporary_folder_may_be_too_long_for_a_socket(fmus, tmp_path):
+    temporary = tmp_path / ("a" * 100)
+    temporary.mkdir()
+    some = ["--vehicle", VEHICLE, "--controller", "pd", "--trouble", "still_water", "--jobs", "2", "--output", tmp_path]
+    command = [sys.executable, "-m", "rov_cosim.cli.main", "matrix", *map(str, some)]
+    done = subprocess.run(
+        command, env={**os.environ, "TMPDIR": str(temporary)}, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, "1 offset" in done.stdout) == (0, True), done.stderr
+    assert not list(temporary.iterdir())
 
 
 @pytest.mark.slow

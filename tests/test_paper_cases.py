@@ -232,7 +232,7 @@ FORCES = np.array([5.0, 4, 4, 0, 8, 8, 0])
 GAINS = {"K_P": [100, 100, 120, 55, 55, 55], "K_D": [90, 90, 90, 80, 80, 80], "Gamma": [100.0] * 7}
 
 
-@pytest.mark.parametrize("couple", [0.0, 30.0])
+@pytest.mark.parametrize("couple", [pytest.param(0.0, marks=pytest.mark.slow), 30.0])
 def test_the_lyapunov_function_falls_along_the_ideal_loop(couple):
     # The proof takes any constant loads with a known map to the wrench: a couple beside the forces is one more.
     solution, p, M = ideal_loop(FORCES, 40.0, {**GAINS, "epsilon_0": 0.26}, lock=1, couple=couple)
@@ -254,6 +254,7 @@ def test_the_lyapunov_function_falls_along_the_ideal_loop(couple):
     assert values.min() > 0
 
 
+@pytest.mark.slow
 def test_six_degrees_of_freedom_are_held_too():
     start = (0.3, -0.2, 0.2, 0.2, -0.15, 0.6)
     solution, _, _ = ideal_loop(FORCES, 150.0, GAINS, lock=0, start=start)

@@ -128,6 +128,7 @@ def test_noise_has_the_declared_deviation_and_bias():
     assert np.abs(rows.mean(axis=0) - [0, 0.05, 0, 0, 0, 0]) == pytest.approx(0, abs=5 * 0.01 / np.sqrt(n))
 
 
+@pytest.mark.slow
 def test_coloured_noise_has_the_declared_deviation_and_correlation_time():
     n, tau = 4000, 0.15
     x = measure({"noise_std": 0.01, "encoder_counts": 0, "noise_correlation_time": tau}, n)[:, :3]

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 
@@ -39,8 +40,16 @@ def test_mypy_finds_nothing(tmp_path):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page):
-    for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
-        assert (page.parent / target).exists(), target
+    for target, anchor in re.findall(r"\]\(([^)#:]*)#?([^):]*)\)", page.read_text(encoding="utf-8")):
+        file = page.parent / target if target else page
+        assert file.exists(), target
+        assert not anchor or file.suffix != ".md" or anchor in anchors(file), f"{target}#{anchor}"
+
+
+def anchors(page):
+    """Return the names of a page's headings in links, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
@@ -105,16 +114,17 @@ COMMAND = """
 import site, sys
 sys.path.insert(0, sys.argv.pop(1))
 site.addsitedir(sys.path[0])
+sys.modules.update(dict.fromkeys(sys.argv.pop(1).split(",")))
 from rov_cosim.cli.main import main
 main()
 """
 
 
-def run_installed(target, work, *arguments):
-    """Run the command that is installed in a folder."""
+def run_installed(target, work, *arguments, without=""):
+    """Run the command that is installed in a folder, as if packages were not there."""
     done = subprocess.run(
         # -S keeps the editable install of the checkout away; the dependencies come by path.
-        [sys.executable, "-S", "-c", COMMAND, target, *arguments],
+        [sys.executable, "-S", "-c", COMMAND, target, without, *arguments],
         cwd=work,
         env={"PYTHONPATH": SITE, "PATH": "", "HOME": str(Path.home())},
         capture_output=True,
@@ -129,13 +139,19 @@ INSTALLED = (
     ("troubles",),
     ("run", "station_keeping", "--stop-time", "0.3", "--archive", "ran.ssp"),
     ("run", "ran.ssp", "--stop-time", "0.3"),
-    ("build",),
+    ("build", "station_keeping"),
     ("show", "station_keeping", "--picture", "wiring.svg"),
     ("compare", "station_keeping", "bluerov2", "--stop-time", "0.3"),
     ("matrix", "--vehicle", "bluerov2", "--controller", "pid", "--trouble", "bias"),
     ("handover", "pid", "--this-platform"),
-    ("handover", "check", "build/native/pid.fmu"),
+    ("tune", "bluerov2", "--controller", "pid", "--alone", "mine.ssv"),
 )
+EXTRAS = "casadi,distributed,pyarrow,scipy,ziglang"
+DATA = {
+    *(f"rov_cosim/systems/vehicles/{vehicle}.ssv" for vehicle in VEHICLES),
+    *(f"rov_cosim/{file.relative_to(ROOT)}" for file in (ROOT / "systems" / "gates").iterdir() if file.suffix != ".md"),
+    *(str(file.relative_to(ROOT)) for file in (ROOT / "rov_cosim" / "handover" / "examples").glob("*.*")),
+}
 
 
 @pytest.mark.slow
@@ -144,6 +160,8 @@ def test_an_installed_copy_works_outside_the_checkout(tmp_path):
     shutil.copytree(ROOT, source, ignore=UNNEEDED)
     run("pip", "wheel", "--no-deps", "-q", "-w", tmp_path, source)
     (wheel,) = tmp_path.glob("*.whl")
+    with ZipFile(wheel) as archive:
+        assert set(archive.namelist()) >= DATA
     target = tmp_path / "site"
     run("pip", "install", "--no-deps", "-q", "--target", target, wheel)
     work = tmp_path / "work"
@@ -154,6 +172,7 @@ def test_an_installed_copy_works_outside_the_checkout(tmp_path):
     assert (work / "build" / "results" / "station_keeping+0.3s.csv").is_file()
     assert (work / "build" / "handover" / "pid-0.1.0.zip").is_file()
     assert (work / "wiring.svg").is_file()
+    run_installed(target, tmp_path, "handover", "check", next(work.rglob("pid-0.1.0/pid.fmu")), without=EXTRAS)
 
 
 @pytest.mark.slow

@@ -96,7 +96,7 @@ def test_each_force_accelerates_the_vehicle_at_its_point_in_the_earth_frame(valu
     assert equations.inertia(pushed.parameters()) @ acceleration == pytest.approx(expected, abs=1e-3)
 
 
-@pytest.mark.parametrize("lock", [0, 1])
+@pytest.mark.parametrize("lock", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_the_motion_is_that_of_an_adaptive_integrator(lock):
     values = {"lock_roll_pitch": lock, "thruster_time_constant": 0.2, "dB": 5.0, "F_C.x": 4.0, "F_A.y": 8.0}
     commands = np.array([10.0, -5.0, 8.0, 3.0, 6.0, -4.0, 5.0, 2.0])

@@ -89,7 +89,7 @@ def test_the_name_can_be_chosen(archives, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"mine.csv", "mine.png"}
 
 
-@pytest.mark.parametrize("tool", ["fmpy_command", "ecos", "libcosim"])
+@pytest.mark.parametrize("tool", typical(["fmpy_command", "ecos", "libcosim"], "ecos"))
 def test_what_was_run_goes_to_another_tool_as_an_archive(fmus, tool, tmp_path):
     if IMPORTERS[tool].version() is None:
         pytest.skip(f"{IMPORTERS[tool].title} is not installed; the extra `importers` has it")
@@ -107,7 +107,7 @@ def test_what_was_run_goes_to_another_tool_as_an_archive(fmus, tool, tmp_path):
     assert measure(tool, "loop", changed, 9.0) <= IMPORTERS[tool].tolerance
 
 
-@pytest.mark.parametrize("name", typical(["station_keeping", "bluerov2"], "station_keeping"))
+@pytest.mark.parametrize("name", typical(["station_keeping", "bluerov2"]))
 def test_each_trouble_of_a_system_becomes_an_archive(fmus, name, tmp_path):
     written = set()
     for trouble in TROUBLES:

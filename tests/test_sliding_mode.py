@@ -86,11 +86,13 @@ def test_in_the_boundary_layer_a_force_leaves_the_predicted_offset(fmus, damping
     results = run("sliding_mode", 30.0, values, {"F_C.z": F, **known})
     assert results["rov_plant.eta.z"][-1] == pytest.approx(F / (K * rate / layer + damping * rate), rel=1e-4)
     assert abs(results["controller.s.z"][-1]) < layer
+    assert results["controller.disturbance.Z"][-1] == pytest.approx(F, rel=1e-4)
 
 
-def test_with_the_integral_no_offset_remains_and_the_switching_part_is_the_disturbance(fmus):
+def test_with_the_integral_no_offset_remains_and_the_disturbance_is_the_true_one(fmus):
+    known = {"D_linear.u": 20.0, "D_linear.v": 30.0, "D_linear.w": 40.0, "D_linear.r": 5.0}
     true = {"dB": 5.0, "F_C.x": 4.0, "F_A.y": 8.0, "F_A.z": -2.0, "eta_0.psi": 0.8}
-    results = run("sliding_mode", 60.0, {"eta_d.psi": 0.5}, true)
+    results = run("sliding_mode", 60.0, {"eta_d.psi": 0.5, **known}, {**true, **known})
     eta = last(results, "rov_plant.eta", POSE)
     assert eta == pytest.approx([0, 0, 0, 0, 0, 0.5], abs=1e-5)
     body = frames.rotation(np.array(eta[3:6])).T @ [4.0, 8.0, 3.0]

@@ -18,9 +18,9 @@ from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.ssp.strict_xml import NAMESPACES
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.whole import writer as ssp_writer
-from typical import typical
+from typical import distinct, typical
 
-NAMES = typical(SYSTEMS, "station_keeping", "paper_simulation_pd", "hoang_kreuzer_pid")
+NAMES = typical(distinct(SYSTEMS, "minerva_pd"), "station_keeping")
 
 
 def schema(name):
@@ -79,7 +79,7 @@ def test_archives_are_reproducible_and_plain_ones_hold_ssp_content_alone(archive
     assert all(name == "SystemStructure.ssd" or name.startswith("resources/") for name in archive.read(plain))
 
 
-@pytest.mark.parametrize("name", ["station_keeping", "bluerov2_heavy_pid"])
+@pytest.mark.parametrize("name", typical(["station_keeping", "bluerov2_heavy_pid"], "station_keeping"))
 def test_another_checker_finds_nothing_in_an_archive_as_an_fmu(archives, tmp_path, name):
     if not find_spec("fmu_manipulation_toolbox"):
         pytest.skip("fmu-manipulation-toolbox is not installed; the extra `importers` has it")

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from rov_cosim.exporters import archive, stamp
+from typical import typical
 
 ROOT = Path(__file__).parent.parent
 HEAVY = ["PIL", "casadi", "latex2mathml", "markdown_it", "matplotlib", "pythonfmu"]
@@ -91,9 +92,11 @@ def test_a_current_fmu_costs_no_tracing_and_nothing_is_written(built, export):
     ("export", "file", "old", "new"),
     [
         ("native", "rov_cosim/components/scenario/equations.py", "p.step +", "2 * p.step +"),
-        ("native", "rov_cosim/components/scenario/README.md", "#", "# Another:"),
+        pytest.param(*("native", "rov_cosim/components/scenario/README.md", "#", "# Another:"), marks=pytest.mark.slow),
         ("native", "rov_cosim/exporters/c/slave.c", "#include <math.h>", "/* */\n#include <math.h>"),
-        ("native", "rov_cosim/exporters/c_tables.py", "/* Sizes of", "/* The sizes of"),
+        pytest.param(
+            *("native", "rov_cosim/exporters/c_tables.py", "/* Sizes of", "/* The sizes of"), marks=pytest.mark.slow
+        ),
         ("pythonfmu", "rov_cosim/components/scenario/equations.py", "p.step +", "2 * p.step +"),
         ("pythonfmu", "rov_cosim/components/noise.py", "from typ", "# Why.\nfrom typ"),
         ("pythonfmu", "rov_cosim/exporters/pythonfmu_slave.py", "from coll", "# Why.\nfrom coll"),
@@ -108,7 +111,7 @@ def test_an_fmu_follows_its_sources(tree, export, file, old, new):
     assert tree.build(export)[:2] == [False, []]
 
 
-@pytest.mark.parametrize("export", ["native", "pythonfmu"])
+@pytest.mark.parametrize("export", typical(["native", "pythonfmu"], "pythonfmu"))
 def test_an_fmu_that_is_damaged_edited_or_gone_is_built_anew(tree, export):
     fmu = tree.fmu(export)
     sound = fmu.read_bytes()

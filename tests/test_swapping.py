@@ -500,6 +500,7 @@ def test_what_cannot_be_swapped_ends_with_a_line_for_each_reason(archives, fmus,
         assert isinstance(done.exception, SystemExit)
 
 
+@pytest.mark.slow
 def test_a_vehicle_of_another_make_gets_the_same_table(fmus, foreign, tmp_path):
     text = MAP
     for line in FLEET_LINES.splitlines():  # each takes the place of the line that begins as it does

@@ -108,6 +108,23 @@ def test_no_state_defies_the_bound_by_axes(name):
         assert rates(at, *states(50_000, 5)).max() < 0
 
 
+EXTENDED = DAMPED._replace(
+    K_P=np.array([15.5, 15.5, 29.4, 0.274]),
+    K_D=np.array([33.5, 33.5, 63.3, 0.846]),
+    M=np.diag([26.2, 27.7, 50.9, 0.68]),
+    epsilon_0=0.56,
+    alpha=0.5,
+)
+"""Nearly the BlueROV2 Heavy by the extended law: much quadratic damping, which counts far from the set-point alone."""
+
+
+def test_the_vehicles_own_damping_does_not_undo_the_bound_by_axes():
+    assert sharp(EXTENDED.undamped).margin > 0
+    assert sharp(EXTENDED).margin > 0
+    limit = sharp(EXTENDED).largest
+    assert rates(EXTENDED._replace(epsilon_0=0.99 * limit), *states(200_000, 6)).max() < 0
+
+
 @pytest.mark.parametrize("name", PAPER)
 def test_the_bound_by_axes_is_the_limit_of_this_v(name):
     case = PAPER[name].undamped

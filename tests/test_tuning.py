@@ -1,5 +1,6 @@
 """Gains by the rule: what they promise by hand, as a file from the command to a run, and vehicles that hold by them."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from rov_cosim.components.adaptive_pd import COMPONENT as ADAPTIVE_PD
 from rov_cosim.components.interface import Sampled, Signal, switch, vector
 from rov_cosim.components.pid import COMPONENT as PID
 from rov_cosim.control.certificate import Certificate
+from rov_cosim.control.loop import LoopError
 from rov_cosim.control.tuning import Rule, Timing, TuningError, tuned
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp.declaration import wire
@@ -138,19 +140,24 @@ def file_of(folder, plant):
     return path
 
 
-def holds(folder, plant, controller, *options):
-    """Tell how a vehicle holds by the gains of the command, in still water and in a current."""
-    vehicle, gains = file_of(folder, plant), folder / "gains.ssv"
-    parameters_of.cache_clear()
-    ok("tune", vehicle, "--controller", controller, "-o", gains, *options)
-    wiring = wire(fleet.holding(str(vehicle), controller))
-    changed = [Changes(parameters=(gains,), troubles=troubles).applied(wiring) for troubles in ((), ("current",))]
+def holds(wiring, **gains):
+    """Tell how a vehicle holds, in still water and in a current."""
+    changed = [Changes(**gains, troubles=troubles).applied(wiring) for troubles in ((), ("current",))]
     return [score(simulate(one), one).verdict for one in changed]
 
 
 @pytest.mark.parametrize("plant", [crate(), pytest.param(pod(), marks=pytest.mark.slow)], ids=["crate", "pod"])
 def test_a_new_vehicle_holds_at_the_first_try(fmus, tmp_path, plant):
-    assert holds(tmp_path, plant, "adaptive_pd") == ["held", "held"]
+    vehicle, gains = file_of(tmp_path, plant), tmp_path / "gains.ssv"
+    ok("tune", vehicle, "-o", gains)
+    assert holds(wire(fleet.holding(str(vehicle))), parameters=(gains,)) == ["held", "held"]
+
+
+SWAY_IN_A_CURRENT = {
+    *(("bluerov2", factor, "pid") for factor in (0.5, 1.0, 2.0)),  # its yaw is softer than the Munk moment
+    *(("bluerov2_heavy", factor, "adaptive_pd") for factor in (0.5, 2.0)),  # its roll, which nobody controls
+    ("bluerov2_heavy", 2.0, "pid"),
+}
 
 
 @pytest.mark.slow
@@ -158,10 +165,20 @@ def test_a_new_vehicle_holds_at_the_first_try(fmus, tmp_path, plant):
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("vehicle", VEHICLES)
 def test_every_vehicle_holds_at_the_first_try(fmus, tmp_path, vehicle, factor, controller):
-    in_current = "held"
-    if (vehicle, controller) == ("bluerov2_heavy", "adaptive_pd") and factor != 1.0:
-        in_current = "oscillates"  # with its roll, which nobody controls: the next test
-    assert holds(tmp_path, scaled(vehicle, factor), controller) == ["held", in_current]
+    plant = scaled(vehicle, factor)
+    wiring = wire(fleet.holding(str(file_of(tmp_path, plant)), controller))
+    timing = Timing(
+        filter_time_constant=float(wiring.value("controller.filter_time_constant")),
+        thruster_time_constant=float(plant["thruster_time_constant"]),
+    )
+    gains = fleet.tuned_for(controller, plant, timing, fleet.rule_of(controller))
+    values = {f"controller.{name}": gain for name, gain in gains.items()}
+    sways = (vehicle, factor, controller) in SWAY_IN_A_CURRENT
+    assert holds(wiring, values=values) == ["held", "oscillates" if sways else "held"]
+    if sways:
+        loop = Changes(values=values, troubles=("current",)).applied(wiring)
+        with suppress(LoopError):  # none: no pose at which it could rest
+            assert not Certificate("", loop_of(loop)).linear.is_stable
 
 
 @pytest.mark.slow
@@ -193,13 +210,43 @@ def test_the_command_writes_what_a_run_takes(fmus, tmp_path):
     assert "gains-" in wiring.name
 
 
+UPRIGHT = {f"thruster[{i}].d.{axis}": float(axis == "z") for i in range(1, 9) for axis in "xyz"}
+
+
+@pytest.mark.parametrize("command", ["tune", "run"])
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"mass": -13.5}, "mine.ssv: mass is -13.5; expected a finite number of at least 0.001."),
+        ({"I.zz": -9.0}, "mine.ssv: The mass matrix is not positive definite"),
+        ({"thruster[1].d.x": 0.3}, "mine.ssv: A thruster direction is not of unit length"),
+        (UPRIGHT, "The enabled thrusters cannot produce every controlled wrench (B B^T is singular)"),
+    ],
+    ids=["mass", "inertia", "direction", "thrusters"],
+)
+def test_a_vehicle_that_cannot_be_is_refused_in_a_line(fmus, tmp_path, command, wrong, said):
+    assert said in one_line(call(command, file_of(tmp_path, {**parameters_of("hoang_kreuzer"), **wrong})))
+
+
+@pytest.mark.slow
+def test_the_command_gives_the_extended_law_what_the_fleet_gives_it(fmus, tmp_path):
+    gains = tmp_path / "gains.ssv"
+    ok("tune", "rexrov", "--controller", "extended", "--thruster-lag", 0, "-o", gains)
+    wiring = wire(fleet.holding("rexrov", "extended"))
+    tuned_too = Changes(parameters=(gains,)).applied(wiring)
+    names = fleet.extended(ADAPTIVE_PD, parameters_of("rexrov"))
+    assert {f"Gamma.M.{axis}" for axis in "xyz"} | set(fleet.EXTENSIONS) <= set(names)
+    for name in names:
+        assert tuned_too.value(f"controller.{name}") == wiring.value(f"controller.{name}"), name
+
+
 def test_bad_input_is_told_in_a_line(fmus, tmp_path):
     assert "there is no vehicle bluerov. Did you mean bluerov2" in one_line(call("tune", "bluerov"))
     short = tmp_path / "short.ssv"
     plant = parameters_of("hoang_kreuzer")
     short.write_bytes(file_of(tmp_path, {"mass": plant["mass"]}).read_bytes())
     said = one_line(call("tune", short))
-    assert "parameters of a vehicle are not in it: D_linear.p" in said
+    assert "of a vehicle's parameters: D_linear.p" in said
     gains = tmp_path / "gains.ssv"
     wiring = wire(fleet.holding("hoang_kreuzer"))
     gains.write_bytes(values_set(wiring, {"controller.K_P.x": 1.0}, "a", "").replace(b"controller.K_P", b"pilot.K_P"))

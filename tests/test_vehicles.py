@@ -18,6 +18,7 @@ from rov_cosim.exporters.model_description import describe, literal
 from rov_cosim.ssp.parameter_set import read_parameter_set
 from rov_cosim.ssp.writer import PARAMETER_SET
 from rov_cosim.systems.fleet import VEHICLES
+from typical import typical
 
 FILES = {path.stem: path for path in (Path(systems.__file__).parent / "vehicles").glob("*.ssv")}
 PUBLISHED = json.loads((Path(__file__).parent / "published_vehicles.json").read_text(encoding="utf-8"))
@@ -145,7 +146,7 @@ def test_umbilical_and_arm_act_where_the_default_vehicle_has_them_scaled(vehicle
 
 
 @pytest.mark.parametrize("axis", range(3), ids=["surge", "sway", "heave"])
-@pytest.mark.parametrize("vehicle", LIMITED)
+@pytest.mark.parametrize("vehicle", typical(LIMITED, "bluerov2_heavy"))
 def test_at_full_thrust_a_vehicle_reaches_the_speed_at_which_damping_balances_it(vehicle, axis):
     published = PUBLISHED[vehicle]
     full = published["thruster_limit_N"] * np.sign(published["allocation"][axis])

@@ -1,4 +1,4 @@
-"""Sliding-mode control to a set-point (Yoerger & Slotine 1985; Slotine & Li 1991, chapter 7; Fossen 1994, section 4.4).
+"""Sliding-mode control to a set-point (Yoerger & Slotine 1985; Slotine & Li 1991, chapter 7; Fossen 1994, chapter 4).
 
     s = e' + slope,        slope = Lambda e, or with integration 2 Lambda e + Lambda^2 z, z' = e
 
@@ -33,7 +33,7 @@ def sliding_slope(m: Measured, z: Any, p: SimpleNamespace) -> tuple[Any, Any]:
 def model_wrench(m: Measured, slope: Any, slope_rate: Any, p: SimpleNamespace) -> Any:
     """Return the body wrench, shape (6,), by which the vehicle as the controller knows it would keep s at zero.
 
-    M nu_r' + C(nu) nu_r + D(nu) nu_r + g_V(eta),    nu_r = J^-1(eta) (eta_d' - slope)    (Fossen 1994, section 4.4)
+    M nu_r' + C(nu) nu_r + D(nu) nu_r + g_V(eta),    nu_r = J^-1(eta) (eta_d' - slope)    (Fossen 1994, chapter 4)
 
     Of (J^-1)' in nu_r' there is the turn of the linear part. What it adds while roll and pitch change is left to K_S,
     and so is eta_d''.
@@ -58,8 +58,10 @@ def sample(
     m = measured(x, u, p)
     slope, slope_rate = sliding_slope(m, x.z, p)
     s = m.e_dot + slope
-    disturbance = jacobian(m.eta).T @ (p.K_S * saturation(s, p.boundary_layer))
-    tau = model_wrench(m, slope, slope_rate, p) - disturbance
+    switched = jacobian(m.eta).T @ (p.K_S * saturation(s, p.boundary_layer))
+    tau = model_wrench(m, slope, slope_rate, p) - switched
+    # A vehicle at rest has no drag, but the model's linear drag on the slope is in tau: it holds a part of the forces.
+    disturbance = switched + p.D_linear * (jacobian_inverse(m.eta) @ slope)
 
     growing = np.logical_and(p.integration > 0, np.abs(s) < p.boundary_layer)
     return (

@@ -22,6 +22,7 @@ COMPONENT = Sampled(
         *_S_FROM,
         "K_S",
         "boundary_layer",
+        "D_linear",
         law=tuple(signal.key for signal in MODEL_PARAMETERS),
     ),
     parameters=(

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from ..cases import Case, varied
+from ..cases import Case
+from ..sensing_cases import NEAR, moving, sensor_cases
 from .interface import COMPONENT
 
-_NEAR = np.array([0.0, 0.3, 0.1, 0.0, 0.0, 0.2])
 _ANGLES = ("phi", "theta", "psi")
 IDEAL = {
     **dict.fromkeys(("length_resolution", "encoder_counts", "attitude_resolution"), 0),
@@ -16,31 +16,26 @@ IDEAL = {
 }
 
 
-def _moving(t: Any) -> Any:
-    slow = np.sin(np.outer(t, [0.9, 0.7, 0.5, 0.6, 0.8, 0.4]))
-    return _NEAR + slow * [0.2, 0.2, 0.2, 0.2, 0.3, 0.8]
-
-
 def _away(t: Any) -> Any:
     """Return poses of a vehicle that backs away from the structure by 4 m and returns, at 2 m/s at most."""
-    return _NEAR - np.outer(4.0 * np.sin(0.5 * t) ** 2, [1.0, 0, 0, 0, 0, 0])
+    return NEAR - np.outer(4.0 * np.sin(0.5 * t) ** 2, [1.0, 0, 0, 0, 0, 0])
 
 
 CASES = (
-    Case("errors", "Resolution, noise and drift, as by default", 300, lambda t: {"eta": _moving(t)}),
-    Case("ideal", "Ideal instruments: the pose comes back", 300, lambda t: {"eta": _moving(t)}, IDEAL),
+    Case("errors", "Resolution, noise and drift, as by default", 300, lambda t: {"eta": moving(t)}),
+    Case("ideal", "Ideal instruments: the pose comes back", 300, lambda t: {"eta": moving(t)}, IDEAL),
     Case(
         "resolution",
         "Instruments that read in steps, without noise and drift",
         300,
-        lambda t: {"eta": _moving(t)},
+        lambda t: {"eta": moving(t)},
         {**IDEAL, "length_resolution": 0.002, "encoder_counts": 4096, "attitude_resolution": 0.002},
     ),
     Case(
         "coloured_noise",
         "Noise with a memory, a fast drift, another seed, and constant errors",
         300,
-        lambda t: {"eta": _moving(t)},
+        lambda t: {"eta": moving(t)},
         {
             **{"noise_correlation_time": 0.5, "attitude_drift_time": 2.0, "seed": 7},
             **{"wire_bias.length": 0.01, "attitude_bias.psi": 0.02},
@@ -64,21 +59,8 @@ CASES = (
         "narrow_gimbal",
         "A gimbal that turns by 74 deg either way, and rises by 46 deg",
         300,
-        lambda t: {"eta": _moving(t)},
+        lambda t: {"eta": moving(t)},
         {"azimuth_max": 1.3, "elevation_max": 0.8},
     ),
-    Case(
-        "late_and_lost",
-        "Measurements that come four samples late, three in ten of them lost",
-        300,
-        lambda t: {"eta": _moving(t)},
-        {"delay": 4, "dropout": 0.3},
-    ),
-    Case(
-        "every_parameter",
-        "No Real parameter at its start value but the sample time",
-        300,
-        lambda t: {"eta": _moving(t)},
-        {**varied(COMPONENT, "sample_time"), "encoder_counts": 2048, "seed": 3},
-    ),
+    *sensor_cases(COMPONENT),
 )

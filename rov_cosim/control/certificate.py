@@ -95,6 +95,21 @@ class Certificate:
         return gains(self.loop)
 
     @property
+    def current_limit(self) -> float:
+        """Speed in m/s of a current along the axis of less inertia up to which the controller holds the yaw; nan: none.
+
+        The Munk moment of a yaw psi in a current U is |m_v - m_u| U^2 psi, away from the current. It takes from the
+        stiffness K, of which K_D K > m_r K_I has to be left (Hurwitz). To some 20 %: without lags, of a vehicle that is
+        held in place, and without what an estimated force adds by its lever.
+        """
+        u, v, r = np.diag(self.inertia)[[0, 1, 5]]
+        damping = self.gains.K_D[5, 5] + np.asarray(self.loop.p(self.loop.plant).D_linear)[5]
+        stiffness = self.gains.stiffness[5, 5] - (r * self.gains.K_I[5, 5] / damping if damping > 0 else 0.0)
+        if u == v or stiffness <= 0:
+            return np.inf if stiffness > 0 else np.nan
+        return float(np.sqrt(stiffness / abs(v - u)))
+
+    @property
     def inertia(self) -> Matrix:
         """M about the body origin, shape (6, 6)."""
         p = self.loop.p(self.loop.plant)
@@ -155,13 +170,14 @@ class Certificate:
 
     @cached_property
     def learned(self) -> tuple[int, Matrix, Matrix]:
-        """Number of estimated forces, singular values of W by falling size, and their directions of the wrench, (6, n).
+        """Number of estimated loads, singular values of W by falling size, and their directions of the wrench, (6, n).
 
-        Of the controlled axes; a length of 1 m makes forces of moments.
+        Of the loads whose Gamma is not 0, and of the controlled axes; a length of 1 m makes forces of moments.
         """
         law = self.loop.law
         p = dict(zip(law.p.names, self.loop.parameters[self.loop.controller].tolist(), strict=True))
         W, controlled = estimate_map(law, p)
+        W = W[:, np.asarray(self.loop.p(self.loop.controller).Gamma) > 0]
         rows = np.flatnonzero(controlled)
         directions, sizes, _ = np.linalg.svd(W[rows])
         spread = np.zeros((6, len(rows)))

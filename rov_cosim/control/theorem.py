@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyroots, polytrim, polyval
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
@@ -108,8 +109,8 @@ def sharp(case: Case) -> Condition:
 
         k + d - epsilon_0 [(1 - t) (m + (k + d)^2 / (4 K_P)) + t (1 - t) kappa m + t n / (2 alpha)]
 
-    is concave in d and its bracket in t: the worst d is at an end, the worst t in closed form. d counts up to the speed
-    epsilon_0 / alpha alone: above it, it takes more than it gives.
+    is concave in d: the worst d is at an end. d counts up to the speed (epsilon_0 / alpha) t alone: above it, it takes
+    more than it gives. So at either end this is a cubic in t.
     """
     largest = case.epsilon_0 if (margin := _by_axes(case)) > 0 else 0.0
     above = next(
@@ -128,15 +129,21 @@ def _by_axes(case: Case) -> float:
     if case.alpha == 0 and (n.any() or case.D_quadratic.any()):
         return -np.inf  # these terms grow with the error
     error = 1 / case.alpha if case.alpha > 0 else 0.0
-    d = case.D_linear + case.epsilon_0 * error * case.D_quadratic
-    if d.any() and (case.K_P[0] != case.K_P[1] or case.K_D[0] != case.K_D[1]):
+    damping = case.D_linear, case.epsilon_0 * error * case.D_quadratic
+    if np.any(damping) and (case.K_P[0] != case.K_P[1] or case.K_D[0] != case.K_D[1]):
         return -np.inf  # surge and sway are not the axes of both damping and gains
     least, most, K_P = _in_body(case.K_D, min), _in_body(case.K_D, max), _in_body(case.K_P, min)
-    margins = [
-        least + d_i - case.epsilon_0 * _largest(m + (most + d_i) ** 2 / (4 * K_P), kappa * m, error * n / 2)
-        for d_i in (np.zeros(4), d)
-    ]
-    return float(np.min(margins))
+    margins = []
+    for d, per_t in ((np.zeros(4), np.zeros(4)), damping):  # the damping d + per_t t
+        k = most + d
+        near = np.stack([m + k**2 / (4 * K_P), k * per_t / (2 * K_P), per_t**2 / (4 * K_P)])  # of 1, t, t^2
+        bracket = np.zeros((4, 4))
+        bracket[:3] += near
+        bracket[1:] -= near
+        bracket[1] += kappa * m + error * n / 2
+        bracket[2] -= kappa * m
+        margins += [_least(a) for a in (np.stack([least + d, per_t, 0 * d, 0 * d]) - case.epsilon_0 * bracket).T]
+    return float(min(margins))
 
 
 def coriolis_constant(M: Matrix) -> float:
@@ -198,10 +205,8 @@ def _in_body(gain: Vector, bound: Callable[[Iterable[float]], float]) -> Vector:
     return np.array([pair, pair, gain[2], gain[3]])
 
 
-def _largest(a: Vector, b: Vector, c: Vector) -> Vector:
-    """Return the largest (1 - t) a + t (1 - t) b + t c for t in [0, 1]."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = np.clip((b + c - a) / (2 * b), 0, 1)
-        inside = (1 - t) * a + t * (1 - t) * b + t * c
-    largest: Vector = np.fmax(np.maximum(a, c), inside)
-    return largest
+def _least(a: Vector) -> float:
+    """Return the smallest value for t in [0, 1] of a polynomial of coefficients a, that of 1 first."""
+    turns = polyroots(polyder(polytrim(a))) if np.any(a[1:]) else np.zeros(0)
+    inside = turns[np.isreal(turns)].real
+    return float(np.min(polyval(np.r_[0.0, 1.0, inside[(inside > 0) & (inside < 1)]], a)))

@@ -146,9 +146,15 @@ def estimate_map(component: Sampled, parameters: Mapping[str, Any]) -> tuple[NDA
     """Return W, shape (6, n), and which axes are controlled, shape (6,), of a controller that is level.
 
     W is how the estimated body wrench follows the state theta_hat, by the controller's own output.
+
+    Raises
+    ------
+    TuningError : the parameters do not meet what the component requires.
     """
     values = {**dict(zip(component.p.names, component.p.start.tolist(), strict=True)), **parameters}
     p = component.p.unpack(np.array([float(values[name]) for name in component.p.names]))
+    if unmet := component.unmet(p):
+        raise TuningError(" ".join(unmet))
     u = component.u.unpack(component.u.start.copy())
     u.eta_m_valid = 1.0
 

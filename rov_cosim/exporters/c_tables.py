@@ -9,10 +9,10 @@ import numpy as np
 
 from ..components.instance import MOST_INTERNAL_STEPS, TIME_TOLERANCE
 from ..components.interface import Component, Continuous, Sampled
-from ..components.stepping import SAMPLE_TOLERANCE, STEP_TOLERANCE
+from ..components.stepping import SAMPLE_TOLERANCE, SINGLE, STEP_TOLERANCE
 from .model_description import LOG_CATEGORIES
 
-STATE_VERSION = 3
+STATE_VERSION = 4
 """Version of a saved state; raised whenever `State` in c/state.h changes."""
 
 
@@ -48,6 +48,7 @@ def limits() -> str:
 /* As in the Python sources, which tell what they are. */
 #define TIME_TOLERANCE {TIME_TOLERANCE!r}
 #define MOST_INTERNAL_STEPS {float(MOST_INTERNAL_STEPS)!r}
+#define SINGLE {SINGLE!r}
 #define STEP_TOLERANCE {STEP_TOLERANCE!r}
 #define SAMPLE_TOLERANCE {SAMPLE_TOLERANCE!r}
 """

@@ -28,13 +28,19 @@ TARGETS = {
     "linux64": ("x86_64-linux-gnu.2.17",),
     "win64": ("x86_64-windows-gnu",),
     "darwin64": ("x86_64-macos.11.0", "aarch64-macos.11.0"),
+    "aarch64-linux": ("aarch64-linux-gnu.2.17",),
+    "aarch64-windows": ("aarch64-windows-gnu",),
 }
-"""What each platform of FMI 2.0 is compiled for; several targets go into one universal binary."""
+"""What each platform of FMI 2.0 is compiled for, which calls others than those of x86 by the tuples of FMI 3.0.
+
+Several targets go into one universal binary.
+"""
 
 TUPLES = {
     "x86_64-linux": ("x86_64-linux-gnu.2.17",),
     "aarch64-linux": ("aarch64-linux-gnu.2.17",),
     "x86_64-windows": ("x86_64-windows-gnu",),
+    "aarch64-windows": ("aarch64-windows-gnu",),
     "x86_64-darwin": ("x86_64-macos.11.0",),
     "aarch64-darwin": ("aarch64-macos.11.0",),
 }
@@ -44,8 +50,9 @@ PLATFORMS: Mapping[int, Mapping[str, tuple[str, ...]]] = {2: TARGETS, 3: TUPLES}
 """The platforms of each version of FMI."""
 
 SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}
-SUFFIXES |= {"x86_64-linux": ".so", "aarch64-linux": ".so", "x86_64-windows": ".dll"}
-SUFFIXES |= {"x86_64-darwin": ".dylib", "aarch64-darwin": ".dylib"}
+SUFFIXES |= {"x86_64-linux": ".so", "x86_64-windows": ".dll", "x86_64-darwin": ".dylib"}
+SUFFIXES |= {"aarch64-linux": ".so", "aarch64-windows": ".dll", "aarch64-darwin": ".dylib"}
+_MACOS = {"darwin": "macos"}
 
 # Without contraction a product and a sum round twice on every machine, as they do in NumPy.
 FLAGS = (
@@ -118,16 +125,25 @@ def host_target() -> str:
     ------
     BuildError : there is none.
     """
-    for target in TARGETS.get(fmpy.platform, ()):
-        if target.startswith(f"{fmpy.architecture}-"):
+    all_targets = [target for targets in TARGETS.values() for target in targets]
+    for target in all_targets:
+        if target.startswith(f"{fmpy.architecture}-{_MACOS.get(fmpy.system, fmpy.system)}"):
             return target
-    known = ", ".join(target for targets in TARGETS.values() for target in targets)
+    known = ", ".join(all_targets)
     raise BuildError(f"There are no FMUs for {fmpy.platform_tuple}; expected one of {known}.")
 
 
 def host_platform(fmi: int = 2) -> str:
     """Return the platform that this machine is in a version of FMI, a key of its `PLATFORMS`; BuildError if none."""
     return next(platform for platform, targets in PLATFORMS[fmi].items() if host_target() in targets)
+
+
+def host_folders() -> list[str]:
+    """Return the folders of an FMU's binaries that may hold this machine's, the best first.
+
+    Many an FMU for ARM has them where FMPy looks, in that of x86.
+    """
+    return [folder for folder in (fmpy.platform_tuple, fmpy.platform) if folder in (*TARGETS, fmpy.platform)]
 
 
 def standard_headers(fmi: int = 2) -> dict[str, bytes]:

@@ -1,15 +1,18 @@
 """The guide of a kit: what lies in it, how to wire and run it, what every port means, how to prove an import."""
 
 from collections.abc import Iterable
+from importlib.metadata import distribution
 from importlib.resources import files
 
 from ..components.cases import Case
 from ..components.interface import Component, Sampled, Signal
+from ..control.tuning import TuningError, earth_inertia, tuned
 from ..exporters import native_export
 from ..exporters.documentation import names, readme
 from ..exporters.model_description import literal
 from ..ssp.z_down import sign
-from ..systems.loop import element_of
+from ..systems import fleet
+from ..systems.loop import CONTROLLER, element_of
 
 _SAMPLED = "samples are taken at multiples of `sample_time`"
 _CONTINUOUS = "the vehicle is integrated in internal steps of at most `max_step`"
@@ -19,6 +22,8 @@ _PLATFORMS = {
     "linux64": ("Linux (glibc 2.17 or newer)", "Linux"),
     "win64": ("Windows 10", "on Windows `binaries/win64/{name}.dll` and no `-ldl -lm`"),
     "darwin64": ("macOS 11", "on macOS `binaries/darwin64/{name}.dylib`"),
+    "aarch64-linux": ("Linux on ARM", "on ARM `binaries/aarch64-linux/{name}.so`"),
+    "aarch64-windows": ("Windows 11 on ARM", "on ARM `binaries/aarch64-windows/{name}.dll`"),
 }
 """What each platform is called, and what differs there for a host in C."""
 
@@ -31,11 +36,14 @@ def guide(component: Component, cases: tuple[Case, ...], platforms: Iterable[str
     required = [signal for signal in component.inputs if signal.type == "Boolean" and signal.key.endswith("valid")]
     essential = "".join(f"`{signal.key}` must be true for a measurement to be used. " for signal in required)
     page = readme(component).split("\n", 1)[1].strip()
-    template = (files(__package__) / "guide.md.in").read_text(encoding="utf-8")
+    template = _text("guide.md.in")
     ports = [signal for signal in component.inputs + component.outputs if signal.axes]
     angle = next(name for signal in reversed(ports) for name in signal.names if name.endswith(".psi"))
     scalar, group = [signal for signal in ports if angle not in signal.names][:2]
+    is_controller = element_of(component.name) == CONTROLLER
     return template.format(
+        holding=_text("holding.md.in").replace("{name}", component.name) if is_controller else "",
+        gains=_gains(component) if is_controller else "",
         title=component.title,
         name=component.name,
         description=component.description,
@@ -57,7 +65,64 @@ def guide(component: Component, cases: tuple[Case, ...], platforms: Iterable[str
         scalar=scalar.names[0],
         angle=angle,
         group=group.key,
+        output=component.outputs[0].key,
+        home=_home(),
     )
+
+
+def _home() -> str:
+    """Return where the project says that it lives, if it does."""
+    urls = distribution("rov-cosim").metadata.get_all("Project-URL") or []
+    return "".join(f" {label}: <{url}>." for label, url in (one.split(", ", 1) for one in urls))
+
+
+def _text(file: str) -> str:
+    return (files(__package__) / file).read_text(encoding="utf-8")
+
+
+def _gains(component: Component) -> str:
+    """Return the section on gains for a vehicle, empty for a controller that the rule is not for."""
+    of = {name: fleet.parameters_of(name) for name in fleet.VEHICLES}
+    timing, rule = fleet.timing_of(component.name), fleet.rule_of(component.name)
+    try:
+        assert isinstance(component, Sampled)
+        gains = {v: tuned(component, fleet.inertia(p), fleet.shared(component, p), timing, rule) for v, p in of.items()}
+    except TuningError:
+        return ""
+    rows = {f"`{name}`": [gains[v][name] for v in of] for name in next(iter(gains.values()))}
+    inertia = [earth_inertia(fleet.inertia(p)) for p in of.values()]
+    head = {f"M {axis}": [M[i] for M in inertia] for i, axis in ((0, "x, y"), (2, "z"), (5, "psi"))}
+    left_out = (".phi`", ".theta`", "M.x`", "M.y`", "K_P.y`", "K_D.y`", "K_I.y`")
+    shown = head | {name: row for name, row in rows.items() if not name.endswith(left_out)}
+    lines = [["", *(f"`{name}`" for name in of)], ["---"] * (len(of) + 1)]
+    lines += [[name, *(f"{value:.4g}" for value in row)] for name, row in shown.items()]
+    by_hand = _ADAPTED if "epsilon_0" in component.p.names else _INTEGRATED
+    return _text("gains.md.in").format(
+        name=component.name,
+        lag=1e3 * timing.lag,
+        sample_time=1e3 * timing.sample_time,
+        filter=1e3 * timing.filter_time_constant,
+        bandwidth=rule.bandwidth,
+        omega=rule.omega(timing),
+        rule=by_hand.format(
+            adapted=rule.adapted,
+            left=1 - rule.adapted,
+            damping=2 * rule.damping,
+            epsilon=rule.integral / rule.adapted,
+            integral=rule.integral,
+        ),
+        table="\n".join(f"| {' | '.join(line)} |" for line in lines),
+    )
+
+
+_INTEGRATED = "    K_P = M omega^2        K_D = {damping:g} M omega        K_I = {integral:g} M omega^3"
+_ADAPTED = """\
+    K_P = {left:g} M omega^2        K_D = {damping:g} M omega        epsilon_0 = {epsilon:g} omega
+    W Gamma W^T = {adapted:g} M omega^2
+
+W Gamma W^T is what the adapted forces add up to in an axis. Forces that act in the same axis share it by the inertia
+that each feels at its point of attack; what their levers make of the yaw counts there. By hand: half of
+it for each of Gamma.F_A and Gamma.F_C along x and y, a third for each of dB, F_C.z and F_A.z."""
 
 
 def _ports(signals: tuple[Signal, ...], with_start: bool) -> str:

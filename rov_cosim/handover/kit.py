@@ -14,10 +14,13 @@ from ..components.interface import Component
 from ..exporters import archive, documentation, native_export, zig
 from ..ssp.wiring import Element
 from ..ssp.writer import parameter_set
+from ..systems import fleet
 from ..systems.catalogue import SYSTEMS
+from ..systems.loop import CONTROLLER, element_of
 from . import reference
 from .diagram import wiring_diagram
 from .guide import guide
+from .header import header
 
 Progress = Callable[[Iterable[str], str], Iterable[str]]
 """What hands the names of steps on, each when the one before is done, and shows them; the second is what they are."""
@@ -52,7 +55,7 @@ def entries(component: Component, platforms: Collection[str], progress: Progress
         fmu = Path(temporary) / f"{component.name}.fmu"
         for platform in progress(platforms, "binary"):
             native_export.export(component, fmu, [platform])  # those of before stay in
-        content = {fmu.name: fmu.read_bytes(), **_parameter_sets(component, fmu)}
+        content = {fmu.name: fmu.read_bytes(), **beside(component, fmu)}
         by_name = {case.name: case for case in cases}
         for case in map(by_name.__getitem__, progress(by_name, "reference run")):
             folder = Path(temporary) / case.name
@@ -67,10 +70,40 @@ def entries(component: Component, platforms: Collection[str], progress: Progress
     types = {name: signal.type for signal in signals if signal.type != "Real" for name in signal.names}
     script = (files(__package__) / "replay_ecos.py.in").read_text(encoding="utf-8")
     content["replay_ecos.py"] = script.format(name=component.name, first=cases[0].name, types=types).encode()
-    for name, header in zig.standard_headers().items():
-        content[f"headers/{name}"] = header
+    importing = importing_page()
+    content["importing.md"] = importing.encode()
+    content["importing.html"] = documentation.html("How to import", importing).encode()
     (licence,) = (file for file in distribution("rov-cosim").files or () if file.name == "LICENSE")
     return {**content, "LICENSE": licence.read_text(encoding="utf-8").encode()}
+
+
+def beside(component: Component, fmu: Path) -> dict[str, bytes]:
+    """Return what a host takes beside the FMU: parameter sets, headers, examples."""
+    headers = {**zig.standard_headers(), f"{component.name}.h": header(component).encode()}
+    content = {f"headers/{name}": data for name, data in headers.items()}
+    return {**_parameter_sets(component, fmu), **content, **_examples(component)}
+
+
+def importing_page() -> str:
+    """Return how to import the FMUs into the tools of others, in Markdown."""
+    return (files(__package__) / "importing.md.in").read_text(encoding="utf-8")
+
+
+def _examples(component: Component) -> dict[str, bytes]:
+    """Return what runs as it is: for a controller with plants to hold, and the fleet's vehicles to begin with."""
+    texts = {
+        file.name: file.read_text(encoding="utf-8")
+        for file in (files(__package__) / "examples").iterdir()
+        if file.name.endswith((".py", ".c", ".cpp", ".xml"))
+    }
+    if element_of(component.name) != CONTROLLER:
+        return {f"examples/{name}": texts[name].encode() for name in ("check.py", "fmu.py")}
+    content = {}
+    for name, text in sorted(texts.items()):
+        own = text.replace("adaptive_pd", component.name).replace("ADAPTIVE_PD", component.name.upper())
+        content[f"examples/{name}"] = own.encode()
+    vehicles = {f"vehicles/{name}.ssv": fleet.file_of(name).read_bytes() for name in fleet.VEHICLES}
+    return {**content, **vehicles}
 
 
 def _silent(steps: Iterable[str], what: str) -> Iterable[str]:

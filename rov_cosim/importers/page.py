@@ -7,6 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from ..exporters.build import fmu_path, project_root
+from ..handover.kit import importing_page
 from ..study import archives
 from ..systems.catalogue import SYSTEMS
 from .measuring import CONTROLLER, SYSTEM, ImporterError, measure
@@ -45,8 +46,8 @@ def write_page(page: Path, progress: Callable[[Iterable[str], str], Iterable[str
         except ImporterError as error:
             failures.append(str(error))
     page.parent.mkdir(exist_ok=True)
-    text = (files(__package__) / "importing.md.in").read_text(encoding="utf-8")
-    page.write_text(text.replace("{table}", table(rows)), encoding="utf-8")
+    text = (files(__package__) / "importers.md.in").read_text(encoding="utf-8")
+    page.write_text(text.format(table=table(rows), importing=importing_page()), encoding="utf-8")
     return failures
 
 

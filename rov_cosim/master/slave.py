@@ -9,11 +9,13 @@ from threading import Lock
 from typing import Any
 
 import numpy as np
+from fmpy import sharedLibraryExtension
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2True
 from fmpy.model_description import ModelVariable
 from numpy.typing import NDArray
 
+from ..exporters import zig
 from ..ssp.rates import Rate
 from ..ssp.wiring import Element
 from .log import Log
@@ -42,6 +44,12 @@ def folder_kept() -> Iterator[None]:
     finally:
         with _loading:
             os.chdir(before)
+
+
+def _library(folder: Path, identifier: str) -> str | None:
+    """Return the binary for this machine, or None, whereupon FMPy tells where it would be."""
+    places = (folder / "binaries" / f / f"{identifier}{sharedLibraryExtension}" for f in zig.host_folders())
+    return next((str(place) for place in places if place.is_file()), None)
 
 
 class SlaveError(Exception):
@@ -105,6 +113,7 @@ class Slave:
                     guid=description.guid,
                     modelIdentifier=description.coSimulation.modelIdentifier,
                     unzipDirectory=str(folder),
+                    libraryPath=_library(folder, description.coSimulation.modelIdentifier),
                 ),
                 "l",
             )

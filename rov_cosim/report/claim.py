@@ -6,7 +6,11 @@ import numpy as np
 
 from .experiment import Experiment, Series
 
-CONFIRMED, IN_PART, NOT = "confirmed", "in part", "not confirmed"
+CONFIRMED, IN_PART, CHOSEN, NOT = "confirmed", "in part", "chosen to agree", "not confirmed"
+"""Verdicts. What was chosen to agree is no evidence: the paper does not tell a value, and one that fits was taken."""
+
+ABOUT = 0.2
+"""How far from a number, as a share of it, is still about it."""
 
 
 @dataclass(frozen=True)
@@ -18,6 +22,11 @@ class Claim:
     measured: str
     verdict: str
     command: str
+
+
+def is_about(value: float, told: float) -> bool:
+    """Tell whether a value is about one that the paper tells."""
+    return bool(abs(value - told) <= ABOUT * told)
 
 
 def largest(run: Experiment) -> float:

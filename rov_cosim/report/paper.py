@@ -28,7 +28,8 @@ On the paper's axes where our curves fit.
 _CLAIMS = """
 ## What it says
 
-A claim is confirmed if the numbers beside it say so; the command under it repeats them.
+A claim is confirmed if the numbers beside it say so; the command under it repeats them. Where the paper does not tell a
+value and one was chosen to agree, the agreement is no evidence, and the verdict says so.
 """
 _INFERRED = """
 ## What it leaves open

@@ -52,7 +52,8 @@ def _claims(stated: Iterable[Claim]) -> Section:
     stated = list(stated)
     found = Counter(one.verdict for one in stated)
     counted = "; ".join(f"{n} {verdict}" for verdict, n in found.items())
-    text = f"<p>{counted}. Each command repeats what stands beside it.</p>"
+    text = f"<p>{counted}. Each command repeats what stands beside it. Where the paper does not tell a "
+    text += "value and one was chosen to agree, the agreement is no evidence.</p>"
     rows = (
         (
             escape(one.paper_says),

@@ -11,6 +11,7 @@ from fmpy.validation import validate_model_description
 from lxml import etree
 
 from ..errors import UserError
+from ..exporters import zig
 from . import zipped
 
 DESCRIPTION = "modelDescription.xml"
@@ -114,13 +115,14 @@ def _unfit(description: ModelDescription, archive: ZipFile) -> str:
         tool = description.generationTool or "whichever that is"
         return f"needs the tool that made it in each run ({tool}; needsExecutionTool): export it anew without that."
     library = f"{simulation.modelIdentifier}{fmpy.sharedLibraryExtension}"
-    if f"binaries/{fmpy.platform}/{library}" in names:
+    here = zig.host_folders()
+    if any(f"binaries/{folder}/{library}" in names for folder in here):
         return ""
     there = sorted({n.split("/")[1] for n in names if n.startswith("binaries/") and n.count("/") > 1})
-    if fmpy.platform in there:
-        return f"has no {library} among its binaries for {fmpy.platform}, though its modelIdentifier says so."
+    for folder in set(here) & set(there):
+        return f"has no {library} among its binaries for {folder}, though its modelIdentifier says so."
     has = f"it has those for {', '.join(there)}" if there else "it has none"
-    return f"has no binary for {fmpy.platform}, which is this machine: {has}."
+    return f"has no binary for {here[0]}, which is this machine: {has}."
 
 
 def _line(text: str) -> str:

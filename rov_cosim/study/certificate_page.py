@@ -149,6 +149,11 @@ def work_lines(certificate: Certificate) -> Iterator[str]:
     if np.isfinite(certificate.thrust_noise):
         share = f", {100 * certificate.thrust_noise / limit:.0f} % of the limit" if np.isfinite(limit) else ""
         yield f"Noise moves the noisiest thruster by {certificate.thrust_noise:.3g} N rms{share}."
+    if np.isfinite(certificate.current_limit):
+        yield (
+            f"Yaw is stiffer than the Munk moment of a current up to about {certificate.current_limit:.2g} m/s; in a "
+            f"quicker one it may sway."
+        )
     if certificate.is_adaptive:
         yield from _learned(certificate)
 
@@ -157,8 +162,8 @@ def _learned(certificate: Certificate) -> Iterator[str]:
     count, sizes, directions = certificate.learned
     rank = int(np.sum(sizes > LEARNED * sizes[0]))
     yield (
-        f"Learned: {count} forces for {len(sizes)} axes, rank {rank}; {count - rank} combinations of forces cannot be "
-        f"told apart. Weakest: {sizes[rank - 1]:.2g} of {sizes[0]:.2g}."
+        f"Learned: {count} forces and couples for {len(sizes)} axes, rank {rank}; {count - rank} combinations of them "
+        f"cannot be told apart. Weakest: {sizes[rank - 1]:.2g} of {sizes[0]:.2g}."
     )
     for direction in directions[:, rank:].T:
         yield f"CANNOT BE LEARNED: {_in_words(direction, certificate)}."
@@ -192,7 +197,7 @@ def _theorem(certificate: Certificate, worst: Worst | None) -> Iterator[str]:
         f"up to {case.speed:g} m/s and rad/s."
     )
     if all(condition.holds for found in (undamped, damped) for condition in found[-2:]):
-        yield "CERTIFIED by axes: V falls along every motion, whatever constant forces act."
+        yield "CERTIFIED by axes: V falls along every motion, whatever the constant loads are that it estimates."
     else:
         yield "NOT CERTIFIED by this V; that does not mean that it fails."
     for found, which in ((undamped, "undamped"), (damped, "damped")):

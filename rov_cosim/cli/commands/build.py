@@ -1,9 +1,12 @@
 """`rov-cosim build`: FMUs and archives."""
 
+from pathlib import Path
+
 import click
 
 from ...exporters.build import FMI3, build_fmus, project_root
 from ...exporters.zig import PLATFORMS
+from ...ssp.declaration import System
 from ...study import archives
 from ...study.screen import say
 from ...systems.catalogue import SYSTEMS
@@ -11,10 +14,9 @@ from .. import options
 
 
 @click.command()
+@click.argument("systems", type=options.SystemType(), nargs=-1)
 @options.export
-@click.option(
-    "--all-platforms", is_flag=True, help="Native binaries for Linux, Windows and macOS, not this machine's alone."
-)
+@click.option("--all-platforms", is_flag=True, help="Native binaries for all platforms, not this machine's alone.")
 @click.option(
     "--fmi",
     type=click.Choice(["2", "3"]),
@@ -23,16 +25,21 @@ from .. import options
     help="Version of FMI; 3 for the components alone, in build/fmi3.",
 )
 @click.option("--plain-ssp", is_flag=True, help="Archives with SSP content alone, which `fmpy simulate` cannot run.")
-def command(export: str, all_platforms: bool, fmi: str, plain_ssp: bool) -> None:
-    """Build all FMUs and SSP archives; what is current stays untouched."""
+def command(systems: tuple[System | Path, ...], export: str, all_platforms: bool, fmi: str, plain_ssp: bool) -> None:
+    """Build the FMUs of all components, and archives of SYSTEMS, or of all; what is current stays untouched."""
     if all_platforms and export != "native":
         raise click.UsageError("--all-platforms is for the native export: a pythonfmu FMU has all that pythonfmu has.")
-    if fmi == "3" and (plain_ssp or export != "native"):
-        raise click.UsageError("--fmi 3 is for the native FMUs of components: leave out --export and --plain-ssp.")
+    if fmi == "3" and (plain_ssp or export != "native" or systems):
+        raise click.UsageError(
+            "--fmi 3 is for the native FMUs of components: leave out SYSTEMS, --export and --plain-ssp."
+        )
+    declared = [system for system in systems or SYSTEMS.values() if isinstance(system, System)]
+    if theirs := [system for system in systems if isinstance(system, Path)]:
+        raise click.UsageError(f"{theirs[0]} is an archive already; name the system that it is of.")
     platforms = PLATFORMS[int(fmi)] if all_platforms else ()
     if fmi == "3":
         built = build_fmus(project_root(), FMI3, platforms, progress=say)
     else:
-        built = archives.build(*SYSTEMS.values(), export=export, platforms=platforms, plain=plain_ssp, progress=say)
+        built = archives.build(*declared, export=export, platforms=platforms, plain=plain_ssp, progress=say)
     for path, written in built.items():
         click.echo(f"{'built  ' if written else 'current'}  {path}")

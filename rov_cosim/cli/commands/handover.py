@@ -78,3 +78,11 @@ def importers() -> None:
     click.echo(page)
     if failures:
         raise click.ClickException("\n".join(failures))
+
+
+@command.command()
+def simulators() -> None:
+    """Hold a vehicle in the simulators of others by the kit's examples, and write docs/SIMULATORS.md."""
+    from ...importers.simulators import write_page
+
+    click.echo(write_page(project_root() / "docs", _progress))

@@ -7,11 +7,11 @@ from typing import Any
 import click
 
 from ...control.certificate import Certificate
-from ...control.tuning import Rule, Timing, TuningError, tuned
+from ...control.tuning import Rule, Timing, TuningError
 from ...ssp.declaration import wire
 from ...ssp.values import Value
 from ...ssp.wiring import suggestion
-from ...ssp.writer import values_set
+from ...ssp.writer import parameter_set, values_set
 from ...study.certificate_page import loop_lines, work_lines
 from ...study.looped import loop_of
 from ...study.screen import say
@@ -46,6 +46,12 @@ _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
     help="Write the gains, for --parameters of `rov-cosim run`.",
 )
 @click.option(
+    "--alone",
+    type=click.Path(dir_okay=False, path_type=Path),
+    callback=options.suffix(".ssv"),
+    help="Write all parameters of the controller, for its FMU alone in another tool.",
+)
+@click.option(
     "--plot",
     type=click.Path(dir_okay=False, path_type=Path),
     callback=options.suffix(".png", ".svg"),
@@ -61,6 +67,7 @@ def command(
     damping: float,
     bandwidth: float,
     output: Path | None,
+    alone: Path | None,
     plot: Path | None,
 ) -> None:
     """Tune a controller for VEHICLE, a name of the fleet or a file of the same parameters, VEHICLE.ssv."""
@@ -74,8 +81,8 @@ def command(
     timing = Timing(
         sample_time or float(own["sample_time"]), filter_time_constant or float(own["filter_time_constant"]), lag, delay
     )
-    rule = Rule(bandwidth, damping)
-    gains = tuned(component, fleet.inertia(plant), fleet.shared(component, plant), timing, rule)
+    rule = replace(fleet.rule_of(controller), bandwidth=bandwidth, damping=damping)
+    gains = fleet.tuned_for(controller, plant, timing, rule)
     of_loop: dict[str, Any] = {
         f"{CONTROLLER}.filter_time_constant": filter_time_constant,
         "rov_plant.thruster_time_constant": thruster_lag,
@@ -90,7 +97,7 @@ def command(
     certificate = Certificate(system.name, loop_of(wiring))
     click.echo(f"{system.name}: lag {1e3 * timing.lag:.0f} ms, so omega {rule.omega(timing):.3g} rad/s\n")
     for name, value in values.items():
-        click.echo(f"{name} = {value:g}")
+        click.echo(f"{name} = {str(value).lower() if isinstance(value, bool) else f'{value:g}'}")
     click.echo()
     click.echo("\n".join([*loop_lines(certificate), *work_lines(certificate)]))
     if plot:
@@ -104,5 +111,9 @@ def command(
         name = fleet.named(vehicle, controller)
         step = f" --step {sample_time:g}" if sample_time else ""
         click.echo(f"\n{output}: rov-cosim run {name} --parameters {output}{step}")
+    if alone:
+        (element,) = (element for element in wiring.elements if element.name == CONTROLLER)
+        alone.write_bytes(parameter_set(element))
+        click.echo(f"\n{alone}: all parameters of {component.name}.fmu for this vehicle")
     if not certificate.level.is_stable:
         raise TuningError("The loop is unstable with these gains: see the mode above; --bandwidth takes less.")

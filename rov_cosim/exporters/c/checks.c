@@ -56,19 +56,34 @@ double spacing(double time) {
     return nextafter(fabs(time), INFINITY) - fabs(time);
 }
 
+double leeway(double time, double step) {
+    return SINGLE * fabs(time) <= step / 4 ? fmin(2 * SINGLE * fabs(time), step / 4) : 0;
+}
+
+static double rounding(const State *now) {
+    return TIME_TOLERANCE * fmax(1.0, now->time - now->start_time) + 4 * spacing(now->time);
+}
+
+/* A host that keeps time in single precision rounds it at each step: the clock here goes on by the steps alone. */
+double own_time(const Instance *instance, double time) {
+    const State *now = &instance->now;
+    return fabs(time - (now->time + now->skew)) <= rounding(now) ? time - now->skew : now->time;
+}
+
 int is_step(Instance *instance, double time, double step) {
     const State *now = &instance->now;
-    double tolerance = TIME_TOLERANCE * fmax(1.0, now->time - now->start_time) + 4 * spacing(now->time);
+    double expected = now->time + now->skew, tolerance = fmax(rounding(now), leeway(expected, step));
     char a[NUMBER_SIZE], b[NUMBER_SIZE];
-    if (!(fabs(time - now->time) <= tolerance && isfinite(tolerance))) {
-        say(instance->message, "Expected the communication point %s s but was %s s.", number(now->time, 9, a), number(time, 9, b));
+    if (!(fabs(time - expected) <= tolerance && isfinite(tolerance))) {
+        say(instance->message, "Expected the communication point %s s but was %s s.", number(expected, 9, a), number(time, 9, b));
         return 0;
     }
     if (!(step > 0 && isfinite(time + step))) {
         say(instance->message, "The step size is %s s; expected a positive number of seconds.", number(step, 6, a));
         return 0;
     }
-    if (time + step > now->stop_time + tolerance) {
+    double begin = own_time(instance, time);
+    if (fmin(begin, time) + step > now->stop_time + (begin == time ? rounding(now) : tolerance)) {
         say(instance->message, "The step ends at %s s; expected at most the stop time %s s.", number(time + step, 9, a),
             number(now->stop_time, 9, b));
         return 0;

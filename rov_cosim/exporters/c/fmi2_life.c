@@ -75,7 +75,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, f
     Slave *slave = called(c, SETUP_EXPERIMENT);
     double stop = stop_time_defined ? stop_time : INFINITY;
     (void)tolerance_defined, (void)tolerance;
-    return slave ? checked(slave, set_times(&slave->instance, start_time, stop)) : fmi2Error;
+    return slave ? HELD(slave, set_times(&slave->instance, start_time, stop)) : fmi2Error;
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
@@ -88,7 +88,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     Slave *slave = called(c, EXIT);
-    return slave ? checked(slave, exit_initialization(&slave->instance)) : fmi2Error;
+    return slave ? HELD(slave, exit_initialization(&slave->instance)) : fmi2Error;
 }
 
 fmi2Status fmi2Terminate(fmi2Component c) {
@@ -111,7 +111,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
     Slave *slave = called(c, DO_STEP);
     (void)no_set_state_before;
     /* Not fmi2Discard for a step that ends in illegal values: FMPy would repeat it for ever. */
-    return slave ? checked(slave, do_step(&slave->instance, time, step)) : fmi2Error;
+    return slave ? HELD(slave, do_step(&slave->instance, time, step)) : fmi2Error;
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c) {
@@ -137,7 +137,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
         return no_status(c);
     if (!slave || !given(slave, GET_STATUS, value, "value"))
         return fmi2Error;
-    *value = slave->instance.now.time;
+    *value = slave->instance.now.time + slave->instance.now.skew;
     return fmi2OK;
 }
 

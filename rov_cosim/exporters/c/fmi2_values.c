@@ -31,8 +31,8 @@ static fmi2Status get(fmi2Component c, Call call, Type type, const fmi2ValueRefe
     if (!slave || !are_variables(slave, call, type, vr, n, values))
         return fmi2Error;
     for (size_t i = 0; i < n && awaits_preview(&slave->instance); i++)
-        if (is_output(vr[i]) && !preview(&slave->instance))
-            return report(slave, fmi2Error);
+        if (is_output(vr[i]) && HELD(slave, preview(&slave->instance)) != fmi2OK)
+            return fmi2Error;
     const double *from = slave->instance.now.values;
     if (type == REAL)
         for (size_t i = 0; i < n; i++)
@@ -133,10 +133,10 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
         if (!is_unknown(slave, unknown[i]))
             return fmi2Error;
     for (size_t i = 0; i < n_known; i++)
-        if (!add_change(slave, known[i], change[i], du))
+        if (!is_known(slave, known[i]) || !add_change(slave, known[i], change[i], &du[known[i]]))
             return fmi2Error;
-    if (!directional_derivative(&slave->instance, du, dy))
-        return report(slave, fmi2Error);
+    if (HELD(slave, directional_derivative(&slave->instance, du, dy)) != fmi2OK)
+        return fmi2Error;
     for (size_t i = 0; i < n_unknown; i++)
         if (!has_derivative(slave, unknown[i], dy[unknown[i] - N_U]))
             return fmi2Discard;

@@ -102,15 +102,15 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_def
     (void)tolerance_defined, (void)tolerance;
     if (!slave)
         return fmi3Error;
-    if (!set_times(&slave->instance, start_time, stop_time_defined ? stop_time : INFINITY))
-        return report(slave, fmi3Error);
+    if (HELD(slave, set_times(&slave->instance, start_time, stop_time_defined ? stop_time : INFINITY)) != fmi3OK)
+        return fmi3Error;
     slave->instance.now.phase = INITIALIZING;
     return fmi3OK;
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
     Slave *slave = called(c, EXIT);
-    return slave ? checked(slave, exit_initialization(&slave->instance)) : fmi3Error;
+    return slave ? HELD(slave, exit_initialization(&slave->instance)) : fmi3Error;
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c) {
@@ -138,10 +138,10 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Bo
         || !given(slave, DO_STEP, early_return, "earlyReturn")
         || !given(slave, DO_STEP, last_time, "lastSuccessfulTime"))
         return fmi3Error;
-    int taken = do_step(&slave->instance, time, step);
+    fmi3Status status = HELD(slave, do_step(&slave->instance, time, step));
     *event = *terminate = *early_return = fmi3False;
-    *last_time = slave->instance.now.time;
-    return checked(slave, taken);
+    *last_time = slave->instance.now.time + slave->instance.now.skew;
+    return status;
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {

@@ -63,11 +63,12 @@ static fmi3Status get(fmi3Instance c, Call call, Type type, const fmi3ValueRefer
     if (!slave || !are_arrays(slave, call, type, vr, n, values, n_values))
         return fmi3Error;
     for (size_t i = 0; i < n && awaits_preview(&slave->instance); i++)
-        if (is_output(vr[i]) && !preview(&slave->instance))
-            return report(slave, fmi3Error);
+        if (is_output(vr[i]) && HELD(slave, preview(&slave->instance)) != fmi3OK)
+            return fmi3Error;
     const State *now = &slave->instance.now;
+    const double time = now->time + now->skew;
     for (size_t i = 0, k = 0; i < n; i++) {
-        const double *from = vr[i] == TIME ? &now->time : &now->values[vr[i]];
+        const double *from = vr[i] == TIME ? &time : &now->values[vr[i]];
         for (uint32_t j = 0; j < size_of(vr[i]); j++)
             put(type, values, k++, from[j]);
     }
@@ -135,10 +136,10 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
         return fmi3Error;
     for (size_t i = 0, k = 0; i < n_known; i++)
         for (uint32_t j = 0; j < size_of(known[i]); j++)
-            if (!add_change(slave, known[i] + j, seed[k++], du))
+            if (!add_change(slave, known[i] + j, seed[k++], &du[known[i] + j]))
                 return fmi3Error;
-    if (!directional_derivative(&slave->instance, du, dy))
-        return report(slave, fmi3Error);
+    if (HELD(slave, directional_derivative(&slave->instance, du, dy)) != fmi3OK)
+        return fmi3Error;
     for (size_t i = 0; i < n_unknown; i++)
         for (uint32_t j = 0; j < size_of(unknown[i]); j++)
             if (!has_derivative(slave, unknown[i] + j, dy[unknown[i] + j - N_U]))
@@ -149,29 +150,38 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     return fmi3OK;
 }
 
+/* Work out the derivative of a weighted sum of outputs for an input. */
+static APART int weighted_derivative(Instance *instance, const double *weights, uint32_t input, double *sum) {
+    double du[N_U + 1] = {0}, dy[N_Y + 1];
+    du[input] = 1;
+    if (!directional_derivative(instance, du, dy))
+        return 0;
+    *sum = 0;
+    for (int y = 0; y < N_Y; y++)
+        *sum += weights[y] != 0 ? weights[y] * dy[y] : 0; /* what is not asked for may be infinite */
+    return 1;
+}
+
 /* By a directional derivative for each input: there are few. */
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknown[], size_t n_unknown,
                                     const fmi3ValueReference known[], size_t n_known, const fmi3Float64 seed[],
                                     size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity) {
     Slave *slave = called(c, ADJOINT);
-    double weights[N_Y + 1] = {0}, gradient[N_U + 1] = {0}, dy[N_Y + 1];
+    double weights[N_Y + 1] = {0}, gradient[N_U + 1] = {0};
     if (!slave || !are_derivatives(slave, ADJOINT, unknown, n_unknown, seed, n_seed, known, n_known, sensitivity,
                                    n_sensitivity))
         return fmi3Error;
     for (size_t i = 0, k = 0; i < n_unknown; i++)
         for (uint32_t j = 0; j < size_of(unknown[i]); j++)
-            weights[unknown[i] + j - N_U] += seed[k++];
+            if (!add_change(slave, unknown[i] + j, seed[k++], &weights[unknown[i] + j - N_U]))
+                return fmi3Error;
     for (size_t i = 0; i < n_known; i++) {
         for (uint32_t j = 0; j < size_of(known[i]); j++) {
-            double du[N_U + 1] = {0}, sum = 0;
-            du[known[i] + j] = 1;
-            if (!directional_derivative(&slave->instance, du, dy))
-                return report(slave, fmi3Error);
-            for (int y = 0; y < N_Y; y++)
-                sum += weights[y] != 0 ? weights[y] * dy[y] : 0; /* what is not asked for may be infinite */
-            if (!has_derivative(slave, known[i] + j, sum))
+            double *sum = &gradient[known[i] + j];
+            if (HELD(slave, weighted_derivative(&slave->instance, weights, known[i] + j, sum)) != fmi3OK)
+                return fmi3Error;
+            if (!has_derivative(slave, known[i] + j, *sum))
                 return fmi3Discard;
-            gradient[known[i] + j] = sum;
         }
     }
     for (size_t i = 0, k = 0; i < n_known; i++)

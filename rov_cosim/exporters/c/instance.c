@@ -136,6 +136,7 @@ int exit_initialization(Instance *instance) {
 
 int do_step(Instance *instance, double time, double step) {
     State *now = &instance->now;
+    double begin = own_time(instance, time);
     char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
     if (!is_step(instance, time, step))
         return 0;
@@ -144,7 +145,7 @@ int do_step(Instance *instance, double time, double step) {
     if (step >= TIME_TOLERANCE) {
         Result result;
         Conditions at = conditions(now);
-        at.time = time;
+        at.time = begin;
         present(instance, &result);
         double n = internal_steps(&result, &at, step);
         if (!(n <= MOST_INTERNAL_STEPS)) {
@@ -159,7 +160,8 @@ int do_step(Instance *instance, double time, double step) {
         accept(instance, &result);
         memset(now->u_rate, 0, sizeof now->u_rate); /* they are given from the beginning of a step */
     }
-    now->time = time + step;
+    now->skew = time - begin;
+    now->time = begin + step;
     return 1;
 }
 

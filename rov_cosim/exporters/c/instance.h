@@ -4,9 +4,11 @@
 #ifndef INSTANCE_H
 #define INSTANCE_H
 
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 
+#include "environment.h"
 #include "interface.h"
 #include "message.h"
 #include "spacing.h"
@@ -29,7 +31,8 @@ typedef struct {
 /* Asked of each value that comes or goes in a step, hence inline. Each `why_not` says why it is not so. */
 
 static inline int legal(int reference, double value) {
-    return value >= variables[reference].minimum && value <= variables[reference].maximum; /* thus finite */
+    /* Thus finite; by what raises no exception where it is not a number. */
+    return isgreaterequal(value, variables[reference].minimum) && islessequal(value, variables[reference].maximum);
 }
 
 static inline int is_output(uint32_t reference) {
@@ -56,12 +59,13 @@ void say_range(Instance *instance, const char *before, int reference, double val
 void reset(Instance *instance);
 int is_rate_settable(Instance *instance, uint32_t reference, double rate);
 void assign_rate(Instance *instance, uint32_t reference, double rate);
-int preview(Instance *instance); /* the outputs of the beginning */
-int set_times(Instance *instance, double start_time, double stop_time);
-int exit_initialization(Instance *instance);
+APART int preview(Instance *instance); /* the outputs of the beginning */
+APART int set_times(Instance *instance, double start_time, double stop_time);
+APART int exit_initialization(Instance *instance);
 int is_step(Instance *instance, double time, double step); /* whether its times fit; the rest unchecked */
-int do_step(Instance *instance, double time, double step);
-int directional_derivative(Instance *instance, const double *du, double *dy);
+double own_time(const Instance *instance, double time); /* the time, as a host has it, on the clock here */
+APART int do_step(Instance *instance, double time, double step);
+APART int directional_derivative(Instance *instance, const double *du, double *dy);
 
 enum { SAVED_SIZE = sizeof fingerprint + sizeof(uint64_t) + sizeof(State) }; /* without the parts */
 
@@ -69,8 +73,8 @@ uint64_t checksum(const State *state);
 size_t saved_size(const Instance *instance);
 int save(Instance *instance, char *bytes);
 int is_own(Instance *instance, const char *bytes);   /* saved by this version of this component; the rest unchecked */
-int is_saved(Instance *instance, const char *bytes); /* and undamaged, `saved_size` bytes */
-int restore(Instance *instance, const char *bytes);
+APART int is_saved(Instance *instance, const char *bytes); /* and undamaged, `saved_size` bytes */
+APART int restore(Instance *instance, const char *bytes);
 int plausible(const State *state); /* as far as components and systems are alike */
 int possible(const State *state);  /* whether a run could have reached it */
 

@@ -27,7 +27,7 @@ int set_state(void *component, const void *state) {
     Slave *slave = called(component, SET_STATE);
     if (!slave || !given(slave, SET_STATE, state, STATE))
         return REFUSED;
-    return checked(slave, restore(&slave->instance, state));
+    return HELD(slave, restore(&slave->instance, state));
 }
 
 int free_state(void *component, void **state) {
@@ -68,9 +68,7 @@ int deserialize(void *component, const void *bytes, size_t size, void **state) {
     size_t expected = saved_size(&slave->instance);
     if (size != expected)
         return refuse(slave, "The saved state has %lu bytes; expected %lu.", (unsigned long)size, (unsigned long)expected);
-    if (!is_saved(&slave->instance, bytes))
-        return report(slave, REFUSED);
-    if (!allocated(slave, state))
+    if (HELD(slave, is_saved(&slave->instance, bytes)) != OK || !allocated(slave, state))
         return REFUSED;
     memcpy(*state, bytes, expected);
     return OK;

@@ -1,4 +1,5 @@
 /* A component that reads its inputs at k * period and holds its outputs until the next sample. */
+#include <math.h>
 #include <string.h>
 
 #include "noise.h"
@@ -22,7 +23,8 @@ static void sample(const Result *state, const Conditions *at, double *x, double 
 /* Time until which samples are due in a step: one that is due at its end belongs to the next step. */
 static double due_until(const Conditions *at, double step) {
     double end = at->time + step;
-    return end - at->start_time - (SAMPLE_TOLERANCE * at->p[INTERNAL_STEP] + 4 * spacing(end));
+    double elapsed = end - at->start_time, period = at->p[INTERNAL_STEP];
+    return elapsed - fmax(SAMPLE_TOLERANCE * period + 4 * spacing(end), leeway(elapsed, fmin(step, period)));
 }
 
 double internal_steps(const Result *before, const Conditions *at, double step) {

@@ -31,7 +31,7 @@ int plausible(const State *state) {
     static const double LARGEST_INTEGER = 2147483647.0;
     int64_t phase = state->phase;
     int fine = phase > 0 && phase <= FAILED && !(phase & (phase - 1));
-    fine = fine && isfinite(state->time) && isfinite(state->start_time) && state->stop_time >= state->start_time;
+    fine = fine && isfinite(state->time) && isfinite(state->skew) && isfinite(state->start_time) && state->stop_time >= state->start_time;
     for (int i = 0; i < N_VARIABLES && fine; i++) {
         double value = state->values[i];
         int whole = value == floor(value) && fabs(value) <= LARGEST_INTEGER;

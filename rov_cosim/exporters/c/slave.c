@@ -128,13 +128,11 @@ int is_known(Slave *slave, uint32_t reference) {
     return reference < N_U;
 }
 
-int add_change(Slave *slave, uint32_t reference, double change, double *du) {
-    if (!is_known(slave, reference))
-        return 0;
+int add_change(Slave *slave, uint32_t reference, double change, double *sum) {
     if (!isfinite(change))
         refuse(slave, "The change of %s is not finite.", variables[reference].name);
     else
-        du[reference] += change;
+        *sum += change;
     return isfinite(change);
 }
 

@@ -9,6 +9,8 @@ typedef struct {
     void *environment;    /* the host's, for its logger */
     void (*logger)(void); /* of the type that the version of FMI has; NULL if there is none */
     unsigned logged;      /* a bit for each of `log_categories`, warnings first */
+    Environment host;     /* see HELD */
+    int went_well;
     char name[];
 } Slave;
 
@@ -62,6 +64,10 @@ int refuse(Slave *slave, const char *format, ...);
 /* Return OK if all is fine, else report that it is refused. */
 int checked(Slave *slave, int fine);
 
+/* `checked` of what computes, which it does in the environment that it is meant for. */
+#define HELD(slave, computed)                                                                                          \
+    ((slave)->host = hold(), (slave)->went_well = (computed), give_back((slave)->host), checked(slave, (slave)->went_well))
+
 /* Whether a pointer is not NULL; reports it if it is. */
 int given(Slave *slave, Call call, const void *pointer, const char *argument);
 
@@ -76,7 +82,7 @@ int deserialize(void *component, const void *bytes, size_t size, void **state);
 /* Derivatives, by element. Those that return int return whether it went well, and report it if not. */
 int is_unknown(Slave *slave, uint32_t reference);
 int is_known(Slave *slave, uint32_t reference);
-int add_change(Slave *slave, uint32_t reference, double change, double *du);
+int add_change(Slave *slave, uint32_t reference, double change, double *sum);
 int has_derivative(Slave *slave, uint32_t reference, double derivative); /* whether it is finite */
 
 #endif

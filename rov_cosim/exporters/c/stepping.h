@@ -20,9 +20,6 @@ typedef struct {
 
 extern const int interpolates_inputs;
 
-/* The distance from a time to the next number beyond it; instance.c has it. */
-double spacing(double time);
-
 /* About how many internal steps or samples a step of so many seconds takes. */
 double internal_steps(const Result *before, const Conditions *at, double step);
 

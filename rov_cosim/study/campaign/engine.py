@@ -127,7 +127,7 @@ def _client(jobs: int, scheduler: str) -> Iterator[Client]:
                 raise CampaignError(f"The scheduler at {scheduler} has no workers: start some, as the README says.")
         else:
             folder = stack.enter_context(TemporaryDirectory(prefix="rov_cosim_", ignore_cleanup_errors=True))
-            how = {"temporary-directory": folder, "distributed.worker.multiprocessing-method": servant.METHOD}
+            how = {"temporary-directory": folder, "distributed.worker.multiprocessing-method": servant.method()}
             stack.enter_context(dask.config.set(how))  # neither is taken from elsewhere
             servant.begin()
             with servant.interrupts_blocked(), deferred() as interrupted:  # half a cluster could not be closed

@@ -11,12 +11,18 @@
 
 #include "elements.h"
 
-#if defined(_WIN32)
+#if defined(_WIN32) && defined(__aarch64__)
+#define PLATFORM "aarch64-windows"
+#define SUFFIX ".dll"
+#elif defined(_WIN32)
 #define PLATFORM "win64"
 #define SUFFIX ".dll"
 #elif defined(__APPLE__)
 #define PLATFORM "darwin64"
 #define SUFFIX ".dylib"
+#elif defined(__aarch64__)
+#define PLATFORM "aarch64-linux"
+#define SUFFIX ".so"
 #else
 #define PLATFORM "linux64"
 #define SUFFIX ".so"

@@ -92,12 +92,14 @@ int exit_initialization(Instance *instance) {
 int do_step(Instance *instance, double time, double step) {
     State *now = &instance->now;
     char a[NUMBER_SIZE], b[NUMBER_SIZE], c[NUMBER_SIZE];
-    double end = time + step;
+    double begin = own_time(instance, time), end = begin + step;
     double whole = floor((end - now->start_time) / inner_step + 0.5), n = whole - (double)now->steps;
     double off = fabs(end - now->start_time - whole * inner_step);
+    double rounding = SAMPLE_TOLERANCE * inner_step + 4 * spacing(end);
     if (!is_step(instance, time, step))
         return 0;
     if (step < TIME_TOLERANCE) {
+        now->skew = time - begin;
         now->time = end;
         return 1;
     }
@@ -106,13 +108,14 @@ int do_step(Instance *instance, double time, double step) {
             number(step, 6, a), number(n, 3, b), number(MOST_INTERNAL_STEPS, 7, c));
         return 0;
     }
-    if (!(n >= 1 && off <= SAMPLE_TOLERANCE * inner_step + 4 * spacing(end))) {
+    if (!(n >= 1 && off <= fmax(rounding, leeway(end - now->start_time, inner_step)))) {
         say(instance->message, "The step of %s s is no multiple of the inner step of %s s: its end, %s s, is none of its points.",
             number(step, 6, a), number(inner_step, 6, b), number(end, 9, c));
         return 0;
     }
     size_t done = advance(instance->parts, (size_t)now->steps, (size_t)n, now->start_time, coupling(instance));
     now->steps += (int64_t)done;
+    now->skew = time - begin;
     if ((double)done < n) {
         now->time = now->start_time + (double)now->steps * inner_step;
         now->phase = FAILED; /* some elements took the step */
