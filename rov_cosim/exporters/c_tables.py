@@ -87,16 +87,11 @@ const char *const log_categories[] = {{
 """
 
 
-def arrays(component: Component) -> str:
-    """Return arrays.c: the arrays of FMI 3.0, each where its first element is among the variables."""
-    declared = component.inputs + component.outputs + component.parameters
-    rows = [
-        f"{{{text(signal.name)}, {signal.size}}}" if i == 0 else "{0, 0}"
-        for signal in declared
-        for i in range(signal.size)
-    ]
+def arrays(title: str, sizes: Iterable[tuple[str, int]]) -> str:
+    """Return arrays.c: the arrays of FMI 3.0 by name and size, each where its first element is among the variables."""
+    rows = [f"{{{text(name)}, {size}}}" if i == 0 else "{0, 0}" for name, size in sizes for i in range(size)]
     return f"""\
-/* The arrays of {component.name}. */
+/* The arrays of {title}. */
 #include "fmi3_arrays.h"
 
 const Array arrays[N_VARIABLES] = {{

@@ -3,7 +3,7 @@
 A value reference is that of the first element in FMI 2.0; the elements follow it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from io import BytesIO
 
 import numpy as np
@@ -33,22 +33,13 @@ def describe(component: Component) -> ModelDescription:
     for causality in ("input", "output", "parameter"):
         signals: tuple[Signal, ...] = getattr(component, f"{causality}s")
         for signal in signals:
-            variable = _variable(signal, causality, reference, isinstance(component, Sampled))
+            variable = array(signal, causality, reference, isinstance(component, Sampled))
             variables.append(variable)
             reference += signal.size
             if causality == "output":
                 outputs.append(variable)
             else:
                 known[signal.key] = variable
-    time = ModelVariable(
-        name="time",
-        valueReference=reference,
-        type="Float64",
-        description="Time of the run",
-        causality="independent",
-        variability="continuous",
-        unit="s",
-    )
     initial_unknowns = []
     for signal, output in zip(component.outputs, outputs, strict=True):
         from_ = [known[key] for key in signal.initially_from]
@@ -56,11 +47,11 @@ def describe(component: Component) -> ModelDescription:
         initial_unknowns.append(Unknown(variable=output, dependencies=from_, dependenciesKind=kinds))
     description = ModelDescription(
         fmiVersion=VERSION,
-        modelVariables=[*variables, time],
+        modelVariables=[*variables, time(reference)],
         # doStep holds its inputs from its start, so no output follows an input of the same instant.
         outputs=[Unknown(variable=output, dependencies=[], dependenciesKind=[]) for output in outputs],
         initialUnknowns=initial_unknowns,
-        **about(component, providesAdjointDerivatives=True),
+        **about(component, providesDirectionalDerivative=True, providesAdjointDerivatives=True),
     )
     return identified(description, to_xml)
 
@@ -70,7 +61,9 @@ def to_xml(description: ModelDescription) -> bytes:
     xml = BytesIO()
     write_model_description(description, xml)
     root = etree.fromstring(xml.getvalue(), etree.XMLParser(remove_blank_text=True))
-    root.find("CoSimulation").set("providesDirectionalDerivatives", "true")
+    capabilities = root.find("CoSimulation")
+    if given := capabilities.attrib.pop("providesDirectionalDerivative", None):  # FMPy calls it as FMI 2.0 does
+        capabilities.set("providesDirectionalDerivatives", given)
     for variable, element in zip(description.modelVariables, root.find("ModelVariables"), strict=True):
         for attribute in _NOT_WRITTEN:
             if (value := getattr(variable, attribute)) is not None:
@@ -78,13 +71,13 @@ def to_xml(description: ModelDescription) -> bytes:
     return _written(root)
 
 
-def terminals(component: Component) -> bytes:
-    """Return the terminalsAndIcons.xml of a component, with those of `TERMINALS` that it has."""
+def terminals(signals: Iterable[Signal] = ()) -> bytes:
+    """Return the terminalsAndIcons.xml of inputs and outputs, with those of `TERMINALS` that they make."""
     root = etree.Element("fmiTerminalsAndIcons", fmiVersion=VERSION)
     picture = etree.SubElement(root, "GraphicalRepresentation")
     etree.SubElement(picture, "CoordinateSystem", **_EXTENT, suggestedScalingFactorTo_mm="0.1")
     etree.SubElement(picture, "Icon", **_EXTENT)
-    ports = {TAKEN_FOR.get(signal.key, signal.key): signal.name for signal in component.inputs + component.outputs}
+    ports = {TAKEN_FOR.get(signal.key, signal.key): signal.name for signal in signals}
     listed = etree.SubElement(root, "Terminals")
     for name, keys in TERMINALS.items():
         if ports.keys() >= set(keys):
@@ -96,10 +89,10 @@ def terminals(component: Component) -> bytes:
     return _written(root)
 
 
-def build(component: Component, source_files: Sequence[str]) -> bytes:
-    """Return the buildDescription.xml of a component with some source files."""
+def build(identifier: str, source_files: Iterable[str]) -> bytes:
+    """Return the buildDescription.xml of a binary that is made of some source files."""
     root = etree.Element("fmiBuildDescription", fmiVersion=VERSION)
-    configuration = etree.SubElement(root, "BuildConfiguration", modelIdentifier=component.name)
+    configuration = etree.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
     listed = etree.SubElement(configuration, "SourceFileSet", language="C99")
     for name in source_files:
         etree.SubElement(listed, "SourceFile", name=name)
@@ -107,7 +100,21 @@ def build(component: Component, source_files: Sequence[str]) -> bytes:
     return _written(root)
 
 
-def _variable(signal: Signal, causality: str, reference: int, sampled: bool) -> ModelVariable:
+def time(reference: int) -> ModelVariable:
+    """Return the independent variable."""
+    return ModelVariable(
+        name="time",
+        valueReference=reference,
+        type="Float64",
+        description="Time of the run",
+        causality="independent",
+        variability="continuous",
+        unit="s",
+    )
+
+
+def array(signal: Signal, causality: str, reference: int, sampled: bool) -> ModelVariable:
+    """Return the variable of a signal, of a sampled component or another; one without axes is a scalar."""
     units = set(signal.units)
     unit = units.pop() if len(units) == 1 else ""
     limits = signal.type != "Boolean"

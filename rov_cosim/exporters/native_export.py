@@ -68,7 +68,8 @@ def sources(component: Component, fmi: int = 2) -> dict[str, bytes]:
     code["component.c"] = c_tables.source(component, guid).encode()
     code["model.c"] = tracing.source(component, traced).encode()
     if fmi == 3:
-        code["arrays.c"] = c_tables.arrays(component).encode()
+        declared = component.inputs + component.outputs + component.parameters
+        code["arrays.c"] = c_tables.arrays(component.name, [(s.name, s.size) for s in declared]).encode()
     return code
 
 
@@ -98,16 +99,25 @@ def _entries(component: Component, code: Mapping[str, bytes]) -> dict[str, bytes
 
 def _entries_of_3(component: Component, code: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return the same for FMI 3.0."""
-    files = sorted(name for name in code if name.endswith(".c"))
     pages = documentation.entries(component, ["rov-cosim"], documentation.array)
+    listed = component.inputs + component.outputs
+    return entries_of_3(fmi3_description.describe(component), code, pages, fmi3_description.terminals(listed))
+
+
+def entries_of_3(
+    description: ModelDescription, code: Mapping[str, bytes], pages: Mapping[str, bytes], terminals: bytes
+) -> dict[str, bytes]:
+    """Return the content of an FMU of FMI 3.0 but for its binaries: of its sources, pages with icon, and terminals."""
+    listed = sorted(name for name in code if name.endswith(".c") and "/" not in name)
+    rest = dict(pages)
     return {
-        "modelDescription.xml": fmi3_description.to_xml(fmi3_description.describe(component)),
-        "terminalsAndIcons/terminalsAndIcons.xml": fmi3_description.terminals(component),
-        "terminalsAndIcons/icon.png": pages.pop("model.png"),
-        "sources/buildDescription.xml": fmi3_description.build(component, files),
+        "modelDescription.xml": fmi3_description.to_xml(description),
+        "terminalsAndIcons/terminalsAndIcons.xml": terminals,
+        "terminalsAndIcons/icon.png": rest.pop("model.png"),
+        "sources/buildDescription.xml": fmi3_description.build(description.coSimulation.modelIdentifier, listed),
         "sources/recipe.txt": zig.recipe(3).encode(),
         **{f"sources/{name}": text for name, text in code.items()},
-        **pages,
+        **rest,
     }
 
 
