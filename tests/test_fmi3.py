@@ -17,7 +17,7 @@ from lxml import etree
 from rig import RELAXED, random_inputs
 from rov_cosim.components.interface import TERMINALS
 from rov_cosim.exporters import archive, native_export, zig
-from rov_cosim.exporters.build import FMI3, build_fmus, components, fmu_path, project_root
+from rov_cosim.exporters.build import components
 from rov_cosim.systems.loop import SENSORS, SET_POINT_RATE, connections, element_of
 from typical import typical
 
@@ -74,13 +74,6 @@ class Fmu3:
 
     def step(self, n, h=0.03):
         self.fmu.doStep(n * h, h)
-
-
-@pytest.fixture(scope="session")
-def fmi3_fmus():
-    """Build the FMUs of FMI 3.0 of all components; return them by component name."""
-    build_fmus(project_root(), FMI3)
-    return {name: fmu_path(project_root(), name, FMI3) for name in NAMES}
 
 
 @pytest.fixture

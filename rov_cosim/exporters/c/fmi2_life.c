@@ -137,8 +137,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
         return no_status(c);
     if (!slave || !given(slave, GET_STATUS, value, "value"))
         return fmi2Error;
-    *value = slave->instance.now.time + slave->instance.now.skew;
-    return fmi2OK;
+    return HELD(slave, host_time(&slave->instance, value));
 }
 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {

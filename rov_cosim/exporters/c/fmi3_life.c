@@ -140,7 +140,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Bo
         return fmi3Error;
     fmi3Status status = HELD(slave, do_step(&slave->instance, time, step));
     *event = *terminate = *early_return = fmi3False;
-    *last_time = slave->instance.now.time + slave->instance.now.skew;
+    (void)HELD(slave, host_time(&slave->instance, last_time));
     return status;
 }
 

@@ -65,10 +65,10 @@ static fmi3Status get(fmi3Instance c, Call call, Type type, const fmi3ValueRefer
     for (size_t i = 0; i < n && awaits_preview(&slave->instance); i++)
         if (is_output(vr[i]) && HELD(slave, preview(&slave->instance)) != fmi3OK)
             return fmi3Error;
-    const State *now = &slave->instance.now;
-    const double time = now->time + now->skew;
+    double time = 0;
+    (void)HELD(slave, host_time(&slave->instance, &time));
     for (size_t i = 0, k = 0; i < n; i++) {
-        const double *from = vr[i] == TIME ? &time : &now->values[vr[i]];
+        const double *from = vr[i] == TIME ? &time : &slave->instance.now.values[vr[i]];
         for (uint32_t j = 0; j < size_of(vr[i]); j++)
             put(type, values, k++, from[j]);
     }
