@@ -138,6 +138,12 @@ def host_platform(fmi: int = 2) -> str:
     return next(platform for platform, targets in PLATFORMS[fmi].items() if host_target() in targets)
 
 
+def platforms_of(fmi: int, platforms: Iterable[str]) -> list[str]:
+    """Return the platforms of a version of FMI that have no other targets than some platforms of 2.0 have."""
+    targets = {target for platform in platforms for target in TARGETS[platform]}
+    return [platform for platform, own in PLATFORMS[fmi].items() if targets.issuperset(own)]
+
+
 def host_folders() -> list[str]:
     """Return the folders of an FMU's binaries that may hold this machine's, the best first.
 

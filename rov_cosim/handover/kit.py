@@ -12,6 +12,7 @@ from fmpy import read_model_description
 from ..components.cases import cases_of
 from ..components.interface import Component
 from ..exporters import archive, documentation, native_export, zig
+from ..exporters.build import FMI3
 from ..ssp.wiring import Element
 from ..ssp.writer import parameter_set
 from ..systems import fleet
@@ -30,6 +31,8 @@ def write(
     component: Component, folder: Path, platforms: Collection[str] = zig.TARGETS, progress: Progress | None = None
 ) -> tuple[Path, Path]:
     """Write the kit of a component below a folder; return the kit's folder and its zip.
+
+    `platforms` are some of `zig.TARGETS`; the FMU of FMI 3.0 is for the same.
 
     Raises
     ------
@@ -52,10 +55,12 @@ def entries(component: Component, platforms: Collection[str], progress: Progress
     """Return the content of the kit, name to bytes."""
     cases = cases_of(component)
     with tempfile.TemporaryDirectory() as temporary:
-        fmu = Path(temporary) / f"{component.name}.fmu"
+        fmu, fmu3 = (Path(temporary) / folder / f"{component.name}.fmu" for folder in ("", FMI3))
         for platform in progress(platforms, "binary"):
             native_export.export(component, fmu, [platform])  # those of before stay in
-        content = {fmu.name: fmu.read_bytes(), **beside(component, fmu)}
+        for platform in progress(zig.platforms_of(3, platforms), "binary of FMI 3.0"):
+            native_export.export(component, fmu3, [platform], fmi=3)
+        content = {fmu.name: fmu.read_bytes(), f"{FMI3}/{fmu.name}": fmu3.read_bytes(), **beside(component, fmu)}
         by_name = {case.name: case for case in cases}
         for case in map(by_name.__getitem__, progress(by_name, "reference run")):
             folder = Path(temporary) / case.name

@@ -144,8 +144,7 @@ def platforms(wiring: Wiring, fmi: int = 2) -> list[str]:
     if not found:
         known = ", ".join(zig.TARGETS)
         raise FaceError(f"{wiring.name}: there is no platform, of {known}, for which all elements have binaries.")
-    built = {target for platform in found for target in zig.TARGETS[platform]}
-    return [platform for platform, targets in zig.PLATFORMS[fmi].items() if built.issuperset(targets)]
+    return zig.platforms_of(fmi, found)
 
 
 def identifier(name: str) -> str:
