@@ -1,5 +1,8 @@
 """A whole system as one FMU of FMI 3.0: arrays, and the numbers of that of 2.0."""
 
+import csv
+import shutil
+import subprocess
 from types import SimpleNamespace
 
 import numpy as np
@@ -104,6 +107,23 @@ def test_fmpy_gets_the_numbers_of_fmi_2_to_the_last_digit(built, coupling):
 @pytest.mark.parametrize("name", distinct(SYSTEMS, "paper_simulation", "bluerov2_heavy", "minerva_pd"))
 def test_every_system_has_the_numbers_of_fmi_2_over_its_whole_run(built, name):
     assert_equal(built(name), SYSTEMS[name].stop_time)
+
+
+@pytest.mark.slow
+def test_fmusim_gets_the_numbers_of_fmi_2_in_the_digits_that_it_prints(built, tmp_path):
+    if not (fmusim := shutil.which("fmusim")):
+        pytest.skip("fmusim of the Reference FMUs is not installed")
+    fmus, out, n = built(), tmp_path / "out.csv", 1000
+    command = [fmusim, "--stop-time", n * H, "--output-interval", H, "--output-file", out]
+    command += ["--start-value", "rov_plant.current", "0.1 0 0", fmus[3]]
+    subprocess.run([str(part) for part in command], check=True)
+    names, *rows = csv.reader(out.read_text(encoding="utf-8").splitlines())
+    scalars, current = outputs(fmus[2]), {"rov_plant.current.x": 0.1}
+    ours = simulate_fmu(fmus[2], stop_time=n * H, output_interval=H, output=scalars, start_values=current)
+    for column, name in enumerate(names[1:], 1):
+        own = [scalar for scalar in scalars if scalar == name or scalar.startswith((f"{name}.", f"{name}["))]
+        found = np.array([[float(value) for value in row[column].split()] for row in rows])
+        np.testing.assert_allclose(found, np.stack([ours[scalar] for scalar in own], axis=1), rtol=1e-15, atol=0)
 
 
 def test_fmpy_finds_no_problem_and_all_sources_are_listed(built):
