@@ -55,7 +55,7 @@ def ned_fmus(fmus, tmp_path_factory):
 
 def run(ned_fmus, tmp_path, *transformation, stop_time=120.0):
     path = tmp_path / "ned.ssp"
-    ssp_writer.write(wire(system(*transformation), ned_fmus), path)
+    ssp_writer.write(wire(system(*transformation), ned_fmus), path, plain=True)
     with ssp_reader.opened(path) as wiring:
         return simulate(wiring, stop_time=stop_time)
 
@@ -132,7 +132,7 @@ def test_without_the_signs_the_plant_runs_away(ned_fmus, tmp_path):
 def test_a_system_with_factors_is_read_back(ned_fmus, tmp_path):
     wiring = wire(system(Z_DOWN), ned_fmus)
     path = tmp_path / "ned.ssp"
-    ssp_writer.write(wiring, path)
+    ssp_writer.write(wiring, path, plain=True)
     with ssp_reader.opened(path) as read:
         assert read.links == wiring.links
         assert {link.factor for link in read.links} == {1.0, -1.0}
