@@ -13,7 +13,7 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.model_description import read_build_description
 from fmpy.validation import validate_fmu
 
-from rov_cosim.exporters import archive
+from rov_cosim.exporters import archive, native_export, zig
 from rov_cosim.exporters.build import FMI3, components, fmu_path, project_root
 from rov_cosim.ssp.declaration import System, wire
 from rov_cosim.study import archives as building
@@ -193,3 +193,12 @@ def test_elements_that_cannot_be_linked_are_refused(fmus, tmp_path):
     with pytest.raises(FaceError, match="takes native FMUs of this project alone"):
         writer.write_fmu(other, tmp_path / "whole.fmu", fmi=3)
     assert not (tmp_path / "whole.fmu").exists()
+
+
+@pytest.mark.slow
+def test_there_is_a_binary_for_each_tuple_for_which_all_elements_are_built(tmp_path):
+    path, whole = tmp_path / "scenario.fmu", tmp_path / "one.fmu"
+    native_export.export(components()["scenario"], path, zig.TARGETS)
+    writer.write_fmu(wire(System("one", "", {"a": "scenario"}, (), 0.9), {"scenario": path}), whole, fmi=3)
+    found = {name for name in archive.names(whole) if name.startswith("binaries/")}
+    assert found == {f"binaries/{platform}/one{zig.SUFFIXES[platform]}" for platform in zig.TUPLES}
