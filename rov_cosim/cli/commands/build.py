@@ -25,7 +25,7 @@ from .. import options
 )
 @click.option("--plain-ssp", is_flag=True, help="Archives with SSP content alone, which `fmpy simulate` cannot run.")
 def command(systems: tuple[System | Path, ...], export: str, all_platforms: bool, fmi: str, plain_ssp: bool) -> None:
-    """Build the FMUs of all components, and FMUs and archives of SYSTEMS, or of all; what is current stays untouched."""
+    """Build FMUs of all components, and FMUs and archives of SYSTEMS, or of all; what is current stays untouched."""
     if all_platforms and export != "native":
         raise click.UsageError("--all-platforms is for the native export: a pythonfmu FMU has all that pythonfmu has.")
     if fmi == "3" and (plain_ssp or export != "native"):
