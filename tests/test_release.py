@@ -114,6 +114,9 @@ def test_a_folder_that_holds_something_is_left_alone(tmp_path):
 REFERENCE = """
 import sys
 from hashlib import sha256
+from rov_cosim.components.cases import cases_of
+from rov_cosim.exporters.build import components
+from rov_cosim.handover import reference
 for name in sys.argv[1:]:
     component = components()[name]
     print(sha256(reference.run(component, cases_of(component)[0]).outputs.tobytes()).hexdigest())
@@ -153,7 +156,7 @@ def test_two_clones_make_the_same_release(tmp_path):
         assert done.returncode == 0, done.stderr
         folder = clone / "build" / "release"
         made[name] = (folder / bill.CHECKSUMS).read_bytes()
-        assert sorted(file.name for file in folder.parent.iterdir()) == ["release"]
+        assert not [*folder.parent.glob(".*")]
     assert made["one"] == made["another"]
     told = json.loads((folder / bill.BILL).read_text(encoding="utf-8"))
     kinds = {Path(name).suffix for name in files_of(told)}
