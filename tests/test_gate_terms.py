@@ -147,8 +147,11 @@ def test_the_line_names_term_and_axes(judged, mutant, line):
     [
         ("restoring: r_G - r_B", "weight and buoyancy: is"),
         ("allocation_matrix: r[:, 2] * d[:, 0] - r[:, 0] * d[:, 2]", "output tau, thruster[5], thruster[6], thruster["),
-        ("mass_matrix: np.concatenate([upper, lower], axis=0) + np.diag(added_mass)", "all forces: inertia is 6.6 whe"),
-        ("coriolis: -skew(momentum[3:6])", "p, q, r times each other: is"),
+        (
+            "mass_matrix: np.concatenate([upper, lower], axis=0) + np.diag(added_mass)",
+            "all forces: inertia is 2.126 where mass and added mass make it 16.1 in X.",
+        ),
+        ("coriolis: -skew(momentum[3:6])", "p, q, r times each other: acts the other way in K, M, N."),
     ],
 )
 def test_so_it_does_of_what_a_vehicle_is(judged, mutant, line):

@@ -20,6 +20,8 @@ from .newton import INERTIA, NAMES, THRUSTERS, Array, Newton
 
 SHARE, NOISE = 0.1, 0.005
 """What a term may be off, as a part of itself and of the largest wrench that it is told from."""
+MOST = 8
+"""Sentences on a plant, beyond which they are counted: a wrong inertia spoils all that comes after it."""
 STILL = 1e-3
 """Acceleration in m/s2 and rad/s2 that is taken for none."""
 _YAWED, _TILTED = np.array([0.0, 0, 0, 0, 0, 0.9]), np.array([0.0, 0, 0, 0.6, -0.5, 0.9])
@@ -99,9 +101,9 @@ def faults(wiring: Wiring, settings: Settings) -> tuple[str, ...] | None:
     wrong: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for name, how, axes in chain(_of_outputs(newton, releases, motions), _of_terms(newton, terms, begins)):
         wrong.setdefault((how, axes), []).append(name)
-    return tuple(
-        f"{plant.name}: {', '.join(names)}: {how} in {', '.join(axes)}." for (how, axes), names in wrong.items()
-    )
+    lines = [f"{', '.join(dict.fromkeys(names))}: {how} in {', '.join(axes)}." for (how, axes), names in wrong.items()]
+    more = [f"and {len(lines) - MOST} more of the kind."] if len(lines) > MOST else []
+    return tuple(f"{plant.name}: {line}" for line in lines[:MOST] + more)
 
 
 _Fault = tuple[str, str, tuple[str, ...]]
