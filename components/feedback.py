@@ -46,8 +46,8 @@ class Demand(NamedTuple):
     estimated: Any
 
 
-def pd_law(m: Measured, disturbance: Any, p: SimpleNamespace) -> Demand:
-    """Return what the PD law demands, with a compensation.
+def pd_law(m: Measured, disturbance: Any, K_P: Any, K_D: Any, p: SimpleNamespace) -> Demand:
+    """Return what the PD law demands, with a compensation; the gains are matrices, shape (6, 6).
 
     tau = J^T(eta) [-K_P e - K_D e'] + g_V(eta) - disturbance        (Hoang & Kreuzer 2007, eq. 4)
 
@@ -56,8 +56,9 @@ def pd_law(m: Measured, disturbance: Any, p: SimpleNamespace) -> Demand:
     """
     J = jacobian(m.eta)
     g_V = restoring(m.eta, p.mass, p.g, p.r_G, p.r_B)
-    at_rest = J.T @ (-p.K_P * m.e) + g_V - disturbance
-    return Demand(at_rest - J.T @ (p.K_D * m.e_dot), at_rest, g_V - disturbance)
+    controlled = np.diag(degrees_of_freedom(p.control_roll_pitch))
+    at_rest = J.T @ (-controlled @ (K_P @ m.e)) + g_V - disturbance
+    return Demand(at_rest - J.T @ (controlled @ (K_D @ m.e_dot)), at_rest, g_V - disturbance)
 
 
 def command(tau: Any, u: SimpleNamespace, p: SimpleNamespace) -> Mapping[str, Any]:

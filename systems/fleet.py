@@ -8,7 +8,7 @@ the forces of umbilical and arm: a PD controller has the paper's offsets. `tuned
 lag of the loop. Roll and pitch are free but, as in the paper, not controlled.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -195,9 +195,14 @@ def scaled(component: Component, plant: Mapping[str, Value]) -> dict[str, Value]
     """Return the gains of a controller for a vehicle: the declared ones, which are the paper's, scaled."""
     by_axis, by_load = ratios(plant)
     declared = _declared(component)
-    ratio = {name: by_axis[name.partition(".")[2]] for name in declared if name.startswith("K_")}
-    ratio |= {name: by_load[name.partition(".")[2]] for name in declared if name.startswith("Gamma.")}
+    ratio = {name: by_axis[axis] for name, axis in _parted(declared, "K_") if axis in by_axis}
+    ratio |= {name: by_load[load] for name, load in _parted(declared, "Gamma.")}
     return {name: float(f"{declared[name] * r:.4g}") for name, r in ratio.items()}
+
+
+def _parted(names: Iterable[str], start: str) -> list[tuple[str, str]]:
+    """Return the names that begin so, each with what follows its group."""
+    return [(name, name.partition(".")[2]) for name in names if name.startswith(start)]
 
 
 def extended(

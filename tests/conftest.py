@@ -29,11 +29,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 class Archives(dict[str, Path]):
     """SSP archives by system name, each built when it is asked for."""
 
-    def __init__(self, export: str) -> None:
-        self._export = export
+    def __init__(self, export: str, plain: bool = False) -> None:
+        self._export, self._plain = export, plain
 
     def __missing__(self, name: str) -> Path:
-        building.build(SYSTEMS[name], export=self._export)
+        building.build(SYSTEMS[name], export=self._export, plain=self._plain)
         return self.setdefault(name, building.ssp_path(name, self._export))
 
 
@@ -62,8 +62,8 @@ def systems(archives) -> dict[str, Path]:
 
 @pytest.fixture(scope="session")
 def python_archives(python_fmus) -> dict[str, Path]:
-    """Return the SSP archives with pythonfmu FMUs by system name."""
-    return Archives("pythonfmu")
+    """Return the SSP archives with pythonfmu FMUs by system name, none an FMU: that takes each of their platforms."""
+    return Archives("pythonfmu", plain=True)
 
 
 @pytest.fixture(scope="session")

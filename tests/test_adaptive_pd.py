@@ -1,5 +1,7 @@
 """The controller: the paper's law, its filter, adaptation, allocation and what it does when things go wrong."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from scipy.signal import cont2discrete, dlsim
@@ -41,6 +43,11 @@ def state(**values):
 def test_the_law_is_equation_4_and_the_adaptation_equation_5_in_the_papers_own_form():
     p = parameters(CONTROLLER, control_roll_pitch=1, use_measured_velocity=1, r_G=[0.02, 0.01, -0.03])
     p.Gamma = np.concatenate([p.Gamma[:7], [3.0, 4.0, 5.0]])
+    K_P, K_D, Gamma = (np.diag(diagonal).copy() for diagonal in (p.K_P, p.K_D, p.Gamma))
+    p.K_P_off, p.K_D_off, p.Gamma_off = (RANDOM.uniform(-3, 3, n) for n in (15, 15, 21))
+    for matrix, off, n in ((K_P, p.K_P_off, 6), (K_D, p.K_D_off, 6), (Gamma, p.Gamma_off, 7)):
+        for (i, j), value in zip(combinations(range(n), 2), off, strict=True):
+            matrix[i, j] = matrix[j, i] = value
     for _ in range(20):
         eta = np.concatenate([RANDOM.normal(size=3), RANDOM.uniform(-0.9, 0.9, 3)])
         eta_d, eta_dot_d, nu = RANDOM.normal(size=6) * 0.3, RANDOM.normal(size=6) * 0.1, RANDOM.normal(size=6)
@@ -52,9 +59,9 @@ def test_the_law_is_equation_4_and_the_adaptation_equation_5_in_the_papers_own_f
         Phi = -np.linalg.inv(J.T) @ load_map(eta, p)
         g = np.linalg.inv(J.T) @ vehicle.restoring(eta, p.mass, p.g, p.r_G, p.r_B)
         e, eta_dot = eta - eta_d, J @ nu
-        tau = J.T @ (-p.K_P * e - p.K_D * (eta_dot - eta_dot_d) + g + Phi @ LOADS)
+        tau = J.T @ (-K_P @ e - K_D @ (eta_dot - eta_dot_d) + g + Phi @ LOADS)
         epsilon = p.epsilon_0 / (1 + p.alpha * np.linalg.norm(e))
-        rate = -p.Gamma * (Phi.T @ (eta_dot - eta_dot_d + epsilon * e))
+        rate = -Gamma @ (Phi.T @ (eta_dot - eta_dot_d + epsilon * e))
         assert outputs["tau"] == pytest.approx(tau)
         assert outputs["e"] == pytest.approx(e)
         assert outputs["eta_dot"] == pytest.approx(eta_dot)
@@ -65,7 +72,7 @@ def test_the_law_is_equation_4_and_the_adaptation_equation_5_in_the_papers_own_f
 
 
 def test_the_four_dof_form_leaves_roll_and_pitch_out_everywhere():
-    p = parameters(CONTROLLER, use_measured_velocity=1)
+    p = parameters(CONTROLLER, use_measured_velocity=1, K_P_off=np.full(15, 4.0), K_D_off=np.full(15, -3.0))
     eta = np.array([0.1, 0.2, 0.3, 0.05, -0.04, 0.6])
     u = inputs(CONTROLLER, eta_m=eta, eta_m_valid=1, nu_m=RANDOM.normal(size=6))
     _, outputs = equations.sample(state(theta_hat=LOADS), u, p, None)

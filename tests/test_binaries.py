@@ -225,6 +225,7 @@ def assert_host_agrees(command, fmu, folder):
     assert float(deviation) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_c_host_gets_the_reference_numbers(fmus, tmp_path):
     folder = Path(extract(fmus["adaptive_pd"], tmp_path / "fmu"))
     host = compiled_host(tmp_path, "x86_64-linux-gnu")

@@ -25,7 +25,7 @@ from rov_cosim.systems.catalogue import SYSTEMS
 from typical import typical
 
 COMPONENTS = components()
-NAMES = typical(COMPONENTS, "adaptive_pd", "passive_arm")
+NAMES = typical(COMPONENTS, "adaptive_pd")
 CONTROLLER = COMPONENTS["adaptive_pd"]
 
 pytestmark = pytest.mark.usefixtures("references")
@@ -66,6 +66,7 @@ def test_the_kit_holds_what_its_guide_promises(kits, name):
     assert set(archive.read(folder.with_name(f"{folder.name}.zip"))) == {f"{folder.name}/{n}" for n in names}
 
 
+@pytest.mark.slow
 def test_the_long_steps_of_a_kit_are_told_as_they_come(tmp_path):
     told = []
 

@@ -29,7 +29,7 @@ SIGNALS, RUNS = CONTROLLER.y.size, len(cases_of(CONTROLLER))
 pytestmark = pytest.mark.usefixtures("references")
 
 
-@pytest.mark.parametrize("export", ["native", "pythonfmu"])
+@pytest.mark.parametrize("export", ["native", pytest.param("pythonfmu", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", typical(NAMES, "adaptive_pd", "passive_arm"))
 def test_our_fmus_conform(exported, name, export):
     lines, conforms = verdict.judge(exported[export][name])
@@ -201,6 +201,7 @@ def test_what_the_map_leaves_out_is_told_and_does_not_fail(fmus, tmp_path):
     assert lines[-1] == f"All {those} conform in {RUNS - 2} of {RUNS} reference runs of adaptive_pd."
 
 
+@pytest.mark.slow
 def test_an_fmu_with_a_switch_built_in_follows_the_runs_that_leave_it_as_it_is(tmp_path):
     inputs = tuple(replace(s, start=1.0) if s.key == "eta_m_valid" else s for s in CONTROLLER.inputs)
     native_export.export(replace(CONTROLLER, inputs=inputs), tmp_path / "valid.fmu")
@@ -256,6 +257,7 @@ def test_a_map_that_cannot_be_used_is_refused_with_its_reason(fmus, tmp_path, te
     assert WRONG_MAPS[text] in str(caught.value)
 
 
+@pytest.mark.slow
 def test_the_commands_write_a_kit_and_check_an_fmu(fmus, tmp_path):
     done = typed.call("handover", "passive_arm", "--this-platform", "--output", tmp_path)
     assert done.exit_code == 0, done.output
@@ -349,6 +351,7 @@ def test_a_run_that_fails_leaves_the_verdict_of_the_others(fmus, tmp_path):
     assert "tau.X".ljust(15) + "  conforms" in lines
 
 
+@pytest.mark.slow
 def test_what_is_zero_or_a_switch_gets_no_false_explanation(tmp_path):
     def offset(sample, x, u, p, w):
         state, outputs = sample(x, u, p, w)

@@ -141,7 +141,7 @@ def test_the_page_tells_of_thrusters_that_are_too_weak(wirings):
     assert any("TOO WEAK" in line for line in page(Certificate("weak", loop_of(wiring))))
 
 
-@pytest.mark.parametrize(("share", "stable"), [(0.75, True), (1.1, False)])
+@pytest.mark.parametrize(("share", "stable"), [pytest.param(0.75, True, marks=pytest.mark.slow), (1.1, False)])
 def test_the_munk_moment_of_a_current_turns_a_yaw_that_is_held_too_softly(wirings, share, stable):
     values = {f"controller.Gamma.F_A.{axis}": 0.0 for axis in "xyz"}  # the drag taken for the arm's would turn it too
     values |= {"controller.K_P.psi": 1.0, "controller.Gamma.M.z": 1.6}

@@ -198,6 +198,7 @@ def test_the_command_writes_tables_and_picture(loops, tmp_path):
     assert "passive_arm.seed = 3" in (tmp_path / f"{stem}.md").read_text()
 
 
+@pytest.mark.slow
 def test_a_cell_can_be_run_and_looked_at_alone(archives, small, tmp_path):
     done = call("run", f"{VEHICLE}_pid", "--trouble", "delay_5", "--output", tmp_path)
     assert done.exit_code == 0, done.output

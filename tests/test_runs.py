@@ -260,7 +260,7 @@ def test_the_files_of_a_run_lie_where_they_should_though_an_fmu_changes_the_fold
     lines = "        super().__init__(**kwargs)\n"
     moving.write_text("import os\n" + text.replace(lines, f"{lines}        os.chdir('/')\n"), encoding="utf-8")
     fmu = FmuBuilder.build_FMU(moving, tmp_path)
-    write(wire(System("moving", "", {"a": "g"}, (), 0.3), {"g": fmu}), tmp_path / "moving.ssp")
+    write(wire(System("moving", "", {"a": "g"}, (), 0.3), {"g": fmu}), tmp_path / "moving.ssp", plain=True)
     monkeypatch.chdir(tmp_path)
     ok("run", "moving.ssp", "--output", "out")
     assert [path.suffix for path in (tmp_path / "out").iterdir()] == [".csv"]

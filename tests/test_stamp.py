@@ -93,13 +93,16 @@ def test_a_current_fmu_costs_no_tracing_and_nothing_is_written(built, export):
     [
         ("native", "rov_cosim/components/scenario/equations.py", "p.step +", "2 * p.step +"),
         pytest.param(*("native", "rov_cosim/components/scenario/README.md", "#", "# Another:"), marks=pytest.mark.slow),
-        ("native", "rov_cosim/exporters/c/slave.c", "fmi2", "/* */ fmi2"),
+        pytest.param("native", "rov_cosim/exporters/c/slave.c", "fmi2", "/* */ fmi2", marks=pytest.mark.slow),
         pytest.param(
             *("native", "rov_cosim/exporters/c_tables.py", "/* Sizes of", "/* The sizes of"), marks=pytest.mark.slow
         ),
         ("pythonfmu", "rov_cosim/components/scenario/equations.py", "p.step +", "2 * p.step +"),
         ("pythonfmu", "rov_cosim/components/noise.py", "from typ", "# Why.\nfrom typ"),
-        ("pythonfmu", "rov_cosim/exporters/pythonfmu_slave.py", "from coll", "# Why.\nfrom coll"),
+        pytest.param(
+            *("pythonfmu", "rov_cosim/exporters/pythonfmu_slave.py", "from coll", "# Why.\nfrom coll"),
+            marks=pytest.mark.slow,
+        ),
         ("pythonfmu", "rov_cosim/exporters/documentation.py", "#0b3c5d", "#0b3c5e"),
     ],
 )
@@ -126,6 +129,7 @@ def test_an_fmu_that_is_damaged_edited_or_gone_is_built_anew(tree, export):
         assert tree.build(export)[:2] == [False, []]
 
 
+@pytest.mark.slow
 def test_another_version_of_a_package_is_noticed(tree, tmp_path):
     packages = tmp_path / "packages"
     make = f"""

@@ -12,18 +12,22 @@ GAINS = {
     "simulation": (np.array([100.0, 100, 120, 55]), np.array([90.0, 90, 90, 80])),
     "experiment": (np.array([80.0, 80, 100, 30]), np.array([90.0, 90, 120, 45])),
 }
-PAPER = {name: Case(M, *gains, 0.3, 2.0, D_LINEAR, D_QUADRATIC) for name, gains in GAINS.items()}
+PAPER = {name: Case(M, *map(np.diag, gains), 0.3, 2.0, D_LINEAR, D_QUADRATIC) for name, gains in GAINS.items()}
 DAMPED = Case(
     np.diag([18.9, 20.0, 30.0, 0.4]),
-    np.array([13.0, 13, 24, 1.2]),
-    np.array([15.0, 15, 29, 1.8]),
+    np.diag([13.0, 13, 24, 1.2]),
+    np.diag([15.0, 15, 29, 1.8]),
     0.3,
     2.0,
     np.array([13.7, 0, 33, 0]),
     np.array([141.0, 217, 190, 1.5]),
 )
 COUPLED = PAPER["simulation"]._replace(M=M + np.array([[0, 0, 0, 0], [0, 0, 0, 6.0], [0, 0, 0, 0], [0, 6.0, 0, 0]]))
-CASES = {**PAPER, "damped": DAMPED, "coupled": COUPLED}
+FULL = PAPER["simulation"].undamped._replace(
+    K_P=np.array([[100.0, 12, 5, 3], [12, 90, 0, 4], [5, 0, 120, 0], [3, 4, 0, 55]]),
+    K_D=np.array([[90.0, -8, 0, 6], [-8, 95, 3, 0], [0, 3, 90, 2], [6, 0, 2, 80]]),
+)
+CASES = {**PAPER, "damped": DAMPED, "coupled": COUPLED, "full gains": FULL}
 
 
 def rates(case, e, nu, psi):
@@ -47,7 +51,7 @@ def rates(case, e, nu, psi):
     momentum = (inertia @ nu[:, :, None])[:, :, 0]
     gradient = np.zeros_like(nu)
     gradient[:, 3] = np.einsum("ni,nij,nj->n", nu, by_yaw, nu) / 2
-    force = -case.K_P * e - case.K_D * nu - drag
+    force = -e @ case.K_P - nu @ case.K_D - drag
     size = np.linalg.norm(e, axis=1)
     epsilon = case.epsilon_0 / (1 + case.alpha * size)
     with np.errstate(invalid="ignore"):
@@ -56,7 +60,7 @@ def rates(case, e, nu, psi):
     energy_rate = np.sum(nu * (force + gradient), axis=1) - np.einsum("ni,nij,nj->n", nu, inertia_rate, nu) / 2
     cross = epsilon_rate * np.sum(e * momentum, axis=1) + epsilon * np.sum(nu * momentum, axis=1)
     cross += epsilon * np.sum(e * (force + gradient), axis=1)
-    return energy_rate + np.sum(case.K_P * e * nu, axis=1) + cross
+    return energy_rate + np.sum(e @ case.K_P * nu, axis=1) + cross
 
 
 def states(n, seed):
@@ -87,7 +91,7 @@ def test_condition_6_is_that_of_the_paper_and_its_correction(name, plain, right)
     assert published(case).margin == pytest.approx(plain, abs=1e-3)
     assert corrected(case).margin == pytest.approx(right, abs=1e-3)
     # By hand, with k_c = 8 / sqrt(3) and alpha = 2.
-    K_D = case.K_D
+    K_D = np.diag(case.K_D)
     by_hand = K_D.min() - 0.3 * (136 / 4 + 4 / np.sqrt(3) + 136 + K_D.max() / 2)
     assert corrected(case).margin == pytest.approx(by_hand)
     limit = corrected(case).largest
@@ -109,8 +113,8 @@ def test_no_state_defies_the_bound_by_axes(name):
 
 
 EXTENDED = DAMPED._replace(
-    K_P=np.array([15.5, 15.5, 29.4, 0.274]),
-    K_D=np.array([33.5, 33.5, 63.3, 0.846]),
+    K_P=np.diag([15.5, 15.5, 29.4, 0.274]),
+    K_D=np.diag([33.5, 33.5, 63.3, 0.846]),
     M=np.diag([26.2, 27.7, 50.9, 0.68]),
     epsilon_0=0.56,
     alpha=0.5,
@@ -131,7 +135,7 @@ def test_the_bound_by_axes_is_the_limit_of_this_v(name):
     case = case._replace(epsilon_0=1.02 * sharp(case).largest)
     # The worst state is near the set-point, in one axis, at the speed that its error asks for.
     e = 1e-6 * np.eye(4)
-    nu = -2 * case.K_P / case.K_D * e
+    nu = -2 * np.linalg.solve(case.K_D, case.K_P) * e
     assert rates(case, e, nu, np.full(4, np.pi / 2)).max() > 0 or rates(case, e, nu, np.zeros(4)).max() > 0
 
 
@@ -140,7 +144,8 @@ def test_the_components_give_the_same_rate_of_v(paper_loop):
     share = Descent(loop)._share()
     p, law = loop.p(loop.plant), loop.p(loop.controller)
     axes = list(AXES)
-    case = Case(M, law.K_P[axes], law.K_D[axes], law.epsilon_0, law.alpha, p.D_linear[axes], p.D_quadratic[axes])
+    K_P, K_D = np.diag(law.K_P[axes]), np.diag(law.K_D[axes])
+    case = Case(M, K_P, K_D, law.epsilon_0, law.alpha, p.D_linear[axes], p.D_quadratic[axes])
     e, nu, yaw = states(20, 8)
     psi = yaw + e[:, 3]
     for i in range(20):
@@ -151,7 +156,7 @@ def test_the_components_give_the_same_rate_of_v(paper_loop):
         error[axes] = e[i]
         body[axes] = [c * nu[i, 0] + s * nu[i, 1], -s * nu[i, 0] + c * nu[i, 1], nu[i, 2], nu[i, 3]]
         epsilon = case.epsilon_0 / (1 + case.alpha * np.linalg.norm(e[i]))
-        scale = epsilon * e[i] @ (case.K_P * e[i]) + nu[i] @ (case.K_D * nu[i])
+        scale = epsilon * e[i] @ case.K_P @ e[i] + nu[i] @ case.K_D @ nu[i]
         assert share(error, body, yaw[i]) == pytest.approx(rates(case, e[[i]], nu[[i]], psi[[i]])[0] / scale, abs=1e-3)
 
 

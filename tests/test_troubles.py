@@ -8,8 +8,19 @@ from rov_cosim.study.matrix import Cell, run_all, wired
 from rov_cosim.study.nominal import DoesNotApplyError, Nominal
 from rov_cosim.study.troubles import ONSET, TROUBLES
 from rov_cosim.systems.fleet import VEHICLES
+from typical import typical
 
 VEHICLE = "bluerov2"
+KINDS = (
+    "current",
+    "varying_current_1",
+    "delay_5",
+    "dropout",
+    "coloured_noise",
+    "wrong_mass",
+    "thruster_lag",
+    "thruster_dies",
+)
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +28,7 @@ def papers(fmus):
     return wired(["hoang_kreuzer"], ["adaptive_pd"])["hoang_kreuzer", "adaptive_pd"]
 
 
-@pytest.mark.parametrize("name", [name for name in TROUBLES if name != "still_water"])
+@pytest.mark.parametrize("name", typical([name for name in TROUBLES if name != "still_water"], *KINDS))
 def test_each_trouble_changes_the_run_and_repeats(loop, name):
     stop = ONSET + 5.0
     troubled = TROUBLES[name].applied(loop)

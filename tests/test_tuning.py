@@ -194,6 +194,7 @@ def test_the_certificate_tells_of_the_roll_that_a_current_makes_unstable(fmus):
         assert stable or found.modes()[0].axis == "phi"
 
 
+@pytest.mark.slow
 def test_the_command_writes_what_a_run_takes(fmus, tmp_path):
     gains, picture = tmp_path / "gains.ssv", tmp_path / "margins.svg"
     shown = ok("tune", "hoang_kreuzer", "--delay", 2, "-o", gains, "--plot", picture)

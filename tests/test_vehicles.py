@@ -165,7 +165,7 @@ def test_at_full_thrust_a_vehicle_reaches_the_speed_at_which_damping_balances_it
 
 
 @pytest.mark.parametrize("axis", ["roll", "pitch"])
-@pytest.mark.parametrize("vehicle", FILES)
+@pytest.mark.parametrize("vehicle", typical(FILES, "bluerov2_heavy"))
 def test_a_heeled_vehicle_swings_back_with_the_period_of_its_righting_moment(vehicle, axis):
     angle, sideways, i = {"roll": ("phi", 1, 3), "pitch": ("theta", 0, 4)}[axis]
     p = rig(vehicle).parameters()

@@ -1,6 +1,7 @@
 """A plant that counts z downwards is held by the unchanged controller, wired with signs."""
 
 import re
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from pythonfmu.builder import FmuBuilder
 from scipy.spatial.transform import Rotation
 
 from rov_cosim.components.frames import rotation
+from rov_cosim.components.interface import POSE
 from rov_cosim.components.vehicle import FORCES
 from rov_cosim.exporters.build import components
 from rov_cosim.importers.measuring import measure
@@ -55,7 +57,7 @@ def ned_fmus(fmus, tmp_path_factory):
 
 def run(ned_fmus, tmp_path, *transformation, stop_time=120.0):
     path = tmp_path / "ned.ssp"
-    ssp_writer.write(wire(system(*transformation), ned_fmus), path)
+    ssp_writer.write(wire(system(*transformation), ned_fmus), path, plain=True)
     with ssp_reader.opened(path) as wiring:
         return simulate(wiring, stop_time=stop_time)
 
@@ -80,7 +82,7 @@ def test_parameters_with_a_direction_turn_and_gains_masses_and_damping_do_not():
         for component in components().values()
         for signal in component.parameters
         for name in signal.names
-        if name.rsplit(".")[-1] in Z_DOWN
+        if name.rsplit(".")[-1] in Z_DOWN and "_off." not in name
     }
     turned = {name for name in labelled if sign(name) == -1}
     assert {re.split(r"[.\[]", name)[0] for name in turned} == TURNED
@@ -96,6 +98,15 @@ def test_products_of_inertia_turn_as_the_matrix_does():
     turned = turn @ np.array([[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]]) @ turn
     factors = [sign(f"I.{label}") for label in ("xx", "xy", "xz", "yy", "yz", "zz")]
     assert np.array(factors) * [1.0, 2.0, 3.0, 4.0, 5.0, 6.0] == pytest.approx(turned[np.triu_indices(3)])
+
+
+def test_a_gain_between_two_axes_turns_as_the_matrix_does():
+    turn = np.diag([Z_DOWN.get(axis, 1.0) for axis in POSE])
+    turned = turn @ np.ones((6, 6)) @ turn
+    for (i, one), (j, other) in combinations(enumerate(POSE), 2):
+        assert sign(f"K_P_off.{one}.{other}") == turned[i, j]
+    forces = ["Gamma_off.dB.F_C.z", "Gamma_off.F_C.x.F_A.x", "Gamma_off.F_C.y.F_A.z", "Gamma_off.F_C.x.F_C.z"]
+    assert [sign(name) for name in forces] == [-1, 1, 1, -1]
 
 
 def test_ports_of_any_name_turn_by_their_last_part():
@@ -132,7 +143,7 @@ def test_without_the_signs_the_plant_runs_away(ned_fmus, tmp_path):
 def test_a_system_with_factors_is_read_back(ned_fmus, tmp_path):
     wiring = wire(system(Z_DOWN), ned_fmus)
     path = tmp_path / "ned.ssp"
-    ssp_writer.write(wiring, path)
+    ssp_writer.write(wiring, path, plain=True)
     with ssp_reader.opened(path) as read:
         assert read.links == wiring.links
         assert {link.factor for link in read.links} == {1.0, -1.0}

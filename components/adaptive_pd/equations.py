@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import feedback, measurement
 from ..frames import jacobian_inverse
+from ..gain_matrices import symmetric
 from ..measurement import Measured, measured
 from ..vehicle import COUPLE, FORCES, couple_map, disturbance_map
 
@@ -38,7 +39,8 @@ def adaptation_law(m: Measured, demand: feedback.Demand, p: SimpleNamespace) -> 
     epsilon = p.epsilon_0 / (1 + p.alpha * np.sqrt(np.sum(m.e**2)))
     s = feedback.where_delivered(jacobian_inverse(eta) @ (e_dot + epsilon * m.e), demand, p)
     of_forces, of_couple = disturbance_map(eta, p.r_B, p.r_C, p.r_A).T @ s, couple_map(eta).T @ s
-    return np.where(p.adaptation > 0, p.Gamma * np.concatenate([of_forces, of_couple]), 0.0)
+    Gamma, of_M = symmetric(p.Gamma[: len(FORCES)], p.Gamma_off), p.Gamma[len(FORCES) :]
+    return np.where(p.adaptation > 0, np.concatenate([Gamma @ of_forces, of_M * of_couple]), 0.0)
 
 
 def sample(
@@ -47,7 +49,8 @@ def sample(
     """Return state and outputs after one sample; no draws are needed."""
     m = measured(x, u, p)
     disturbance = disturbance_of(x.theta_hat, m.eta, p)
-    demand = feedback.pd_law(m, disturbance, p)
+    K_P, K_D = symmetric(p.K_P, p.K_P_off), symmetric(p.K_D, p.K_D_off)
+    demand = feedback.pd_law(m, disturbance, K_P, K_D, p)
     rate = adaptation_law(m, demand, p)
     estimate = {"theta_hat": x.theta_hat, "disturbance": disturbance}
     return (

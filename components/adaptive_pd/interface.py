@@ -1,11 +1,37 @@
 """Interface of the controller; the default gains are those of Hoang & Kreuzer 2007, section 4.2."""
 
 from .. import feedback, measurement
-from ..interface import Sampled, Signal, switch
+from ..gain_matrices import off_diagonal, positive_definite
+from ..interface import POSE, Sampled, Signal, switch
 from ..vehicle import ATTACK_POINTS, COUPLE, FORCES, THRUSTER_PARAMETERS, WEIGHT_PARAMETERS
 from . import equations
 
 _UNITS = ("N",) * len(FORCES) + ("N.m",) * len(COUPLE)
+_GAMMA = Signal(
+    "Gamma",
+    "Adaptation gain; 0: this force or couple is not adapted",
+    pattern="Gamma.{}",
+    axes=(equations.LOADS,),
+    unit=("N/m",) * len(FORCES) + ("N.m/rad",) * len(COUPLE),
+    start=[10.0] * len(FORCES) + [0.0] * len(COUPLE),
+    minimum=0.0,
+    tunable=True,
+)
+_TURNS = ("phi", "theta", "psi")
+
+
+def _unit(per: str, one: str, other: str) -> str:
+    """Return the unit of a gain between two axes of the pose; per is "" or ".s"."""
+    turns = sum(axis in _TURNS for axis in (one, other))
+    return (f"N{per}/m", f"N{per}/rad", f"N.m{per}/rad")[turns]
+
+
+_OFF_DIAGONAL = (
+    off_diagonal(feedback.GAINS[0], POSE, lambda one, other: _unit("", one, other)),
+    off_diagonal(feedback.GAINS[1], POSE, lambda one, other: _unit(".s", one, other)),
+    off_diagonal(_GAMMA, FORCES, lambda one, other: "N/m"),
+)
+"""What couples two axes, or two forces; the couple M is adapted by itself."""
 
 COMPONENT = Sampled(
     name="adaptive_pd",
@@ -26,19 +52,12 @@ COMPONENT = Sampled(
         "r_B",
         "r_C",
         "r_A",
+        law=("K_P", "K_P_off", "K_D", "K_D_off"),
     ),
     parameters=(
         *feedback.GAINS,
-        Signal(
-            "Gamma",
-            "Adaptation gain; 0: this force or couple is not adapted",
-            pattern="Gamma.{}",
-            axes=(equations.LOADS,),
-            unit=("N/m",) * len(FORCES) + ("N.m/rad",) * len(COUPLE),
-            start=[10.0] * len(FORCES) + [0.0] * len(COUPLE),
-            minimum=0.0,
-            tunable=True,
-        ),
+        _GAMMA,
+        *_OFF_DIAGONAL,
         Signal(
             "epsilon_0",
             "Weight of the error in the adaptation",
@@ -71,5 +90,10 @@ COMPONENT = Sampled(
     ),
     initial_state=equations.initial_state,
     sample=equations.sample,
-    requirements=feedback.REQUIREMENTS,
+    requirements=(
+        *feedback.REQUIREMENTS,
+        positive_definite("K_P", len(POSE)),
+        positive_definite("K_D", len(POSE)),
+        positive_definite("Gamma", len(FORCES)),
+    ),
 )

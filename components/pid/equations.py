@@ -26,7 +26,7 @@ def sample(
     J = jacobian(m.eta)
 
     disturbance = J.T @ x.integral
-    demand = feedback.pd_law(m, disturbance, p)
+    demand = feedback.pd_law(m, disturbance, np.diag(p.K_P), np.diag(p.K_D), p)
 
     # The thrusters saturate in body axes, so the rate of the integral part goes there and back.
     rate = jacobian_inverse(m.eta).T @ feedback.where_delivered(J.T @ (p.K_I * m.e), demand, p)

@@ -42,7 +42,7 @@ def sample(
     W = disturbance_map(m.eta, p.r_B, p.r_C, p.r_A)
 
     disturbance = W @ x.theta_hat
-    demand = feedback.pd_law(bounded, disturbance, p)
+    demand = feedback.pd_law(bounded, disturbance, np.diag(p.K_P), np.diag(p.K_D), p)
     rate = adaptation_law(bounded, W, demand, p)
 
     estimate = {"theta_hat": x.theta_hat, "disturbance": disturbance}

@@ -190,8 +190,8 @@ class Certificate:
         p, p_law, axes = self.loop.p(self.loop.plant), self.loop.p(self.loop.controller), list(AXES)
         return Case(
             self.inertia[np.ix_(axes, axes)],
-            np.diag(self.gains.K_P)[axes],
-            np.diag(self.gains.K_D)[axes],
+            self.gains.K_P[np.ix_(axes, axes)],
+            self.gains.K_D[np.ix_(axes, axes)],
             float(p_law.epsilon_0),
             float(p_law.alpha),
             np.asarray(p.D_linear)[axes],

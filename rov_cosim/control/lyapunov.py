@@ -36,10 +36,10 @@ _STILL = {
 def energy(e: Matrix, eta: Matrix, nu: Matrix, M: Matrix, K_P: Matrix, epsilon_0: float, alpha: float) -> float:
     """Return V without the term of the estimate, in J, for error e, pose eta and velocity nu, each of shape (6,).
 
-    M is the inertia in body axes, shape (6, 6), K_P the diagonal, shape (6,): eta'^T M(eta) eta' = nu^T M nu.
+    M is the inertia in body axes, shape (6, 6), and so is K_P: eta'^T M(eta) eta' = nu^T M nu.
     """
     epsilon = epsilon_0 / (1 + alpha * np.linalg.norm(e))
-    return float(nu @ M @ nu / 2 + e @ (K_P * e) / 2 + epsilon * e @ jacobian_inverse(eta).T @ M @ nu)
+    return float(nu @ M @ nu / 2 + e @ K_P @ e / 2 + epsilon * e @ jacobian_inverse(eta).T @ M @ nu)
 
 
 class Worst(NamedTuple):
@@ -115,7 +115,7 @@ class Descent:
         x_law.theta_hat = np.zeros_like(x_law.theta_hat)
         M = np.asarray(mass_matrix(p.mass, p.I, p.r_G, p.added_mass))
         found = gains(self.loop)
-        K_P, K_D = np.diag(found.K_P), np.diag(found.K_D)
+        K_P, K_D = found.K_P, found.K_D
         epsilon_0, alpha = float(p_law.epsilon_0), float(p_law.alpha)
         constants = (M, K_P, epsilon_0, alpha)
 
@@ -131,6 +131,6 @@ class Descent:
             )
             eta_dot = np.linalg.solve(jacobian_inverse(x.eta), nu)
             epsilon = epsilon_0 / (1 + alpha * np.linalg.norm(e))
-            return rise / _AHEAD / float(epsilon * e @ (K_P * e) + eta_dot @ (K_D * eta_dot))
+            return rise / _AHEAD / float(epsilon * e @ K_P @ e + eta_dot @ K_D @ eta_dot)
 
         return share

@@ -1,6 +1,6 @@
 """The theorem of Hoang & Kreuzer 2007, section 3, for any gains: its conditions as published, corrected and sharpened.
 
-With the error e, the velocity eta', K_P and K_D diagonal, and epsilon = epsilon_0 / (1 + alpha |e|),
+With the error e, the velocity eta', symmetric K_P, K_D and Gamma, and epsilon = epsilon_0 / (1 + alpha |e|),
 
     V = 1/2 eta'^T M eta' + 1/2 e^T K_P e + epsilon e^T M eta' + 1/2 (th - theta)^T Gamma^-1 (th - theta)
 
@@ -26,6 +26,9 @@ _TURN[[0, 1], [1, 0]] = -1.0, 1.0
 
 _STARTS, _ITERATIONS = 200, 200
 
+_COUPLED = 1e-6
+"""Part of the largest gain that couples axes; less is the rounding of a gain that was measured."""
+
 
 class Case(NamedTuple):
     """What the theorem is about; four degrees of freedom.
@@ -33,15 +36,15 @@ class Case(NamedTuple):
     Parameters
     ----------
     M : inertia in body axes with its added mass, shape (4, 4).
-    K_P, K_D : diagonals, shape (4,), in earth axes.
+    K_P, K_D : symmetric, shape (4, 4), in earth axes.
     epsilon_0, alpha : of the adaptation.
     D_linear, D_quadratic : the vehicle's own damping, shape (4,), in body axes.
     speed : up to which (6) and (7) count it, in m/s and rad/s; they have no bound else.
     """
 
     M: Matrix
-    K_P: Vector
-    K_D: Vector
+    K_P: Matrix
+    K_D: Matrix
     epsilon_0: float
     alpha: float
     D_linear: Vector
@@ -92,13 +95,14 @@ def corrected(case: Case) -> Condition:
 
 def seven(case: Case) -> Condition:
     """Return (7)."""
-    return Condition("(7)", float(case.K_P.min() - (case.K_D.max() + case.d_most) / 2), np.nan)
+    least, most = np.linalg.eigvalsh(case.K_P)[0], np.linalg.eigvalsh(case.K_D)[-1]
+    return Condition("(7)", float(least - (most + case.d_most) / 2), np.nan)
 
 
 def positive(case: Case) -> Condition:
     """Return that V is positive definite: K_P,i > epsilon_0^2 times the inertia of the axis."""
     m, _ = _inertia(case)
-    k = _in_body(case.K_P, min)
+    k = _in_body(_least_of(case.K_P), min)
     return Condition("P positive definite", float(np.min(k - case.epsilon_0**2 * m)), float(np.sqrt(np.min(k / m))))
 
 
@@ -130,13 +134,17 @@ def _by_axes(case: Case) -> float:
         return -np.inf  # these terms grow with the error
     error = 1 / case.alpha if case.alpha > 0 else 0.0
     damping = case.D_linear, case.epsilon_0 * error * case.D_quadratic
-    if np.any(damping) and (case.K_P[0] != case.K_P[1] or case.K_D[0] != case.K_D[1]):
+    if np.any(damping) and not (_turns_alike(case.K_P) and _turns_alike(case.K_D)):
         return -np.inf  # surge and sway are not the axes of both damping and gains
-    least, most, K_P = _in_body(case.K_D, min), _in_body(case.K_D, max), _in_body(case.K_P, min)
+    least, most, K_P = _in_body(_least_of(case.K_D), min), _in_body(_most_of(case.K_D), max), _least_of(case.K_P)
+    if K_P.min() <= 0:
+        return -np.inf  # the axes are coupled by more than sums of rows can bound
+    cross, K_P = _in_body(_most_of(case.K_D @ np.diag(1 / K_P) @ case.K_D), max), _in_body(K_P, min)
     margins = []
     for d, per_t in ((np.zeros(4), np.zeros(4)), damping):  # the damping d + per_t t
         k = most + d
-        near = np.stack([m + k**2 / (4 * K_P), k * per_t / (2 * K_P), per_t**2 / (4 * K_P)])  # of 1, t, t^2
+        squared = cross + (k**2 - most**2) / K_P
+        near = np.stack([m + squared / 4, k * per_t / (2 * K_P), per_t**2 / (4 * K_P)])  # of 1, t, t^2
         bracket = np.zeros((4, 4))
         bracket[:3] += near
         bracket[1:] -= near
@@ -188,8 +196,9 @@ def _six(case: Case, name: str, fourth: float) -> Condition:
     m = np.linalg.eigvalsh(case.M)[-1]
     k_c = coriolis_constant(case.M)
     coriolis = k_c / case.alpha if case.alpha > 0 else np.inf if k_c > 0 else 0.0
-    per_epsilon = fourth + coriolis + m + case.K_D.max() / 2 + case.d_most / 2
-    left = case.K_D.min() + case.D_linear.min()
+    K_D = np.linalg.eigvalsh(case.K_D)
+    per_epsilon = fourth + coriolis + m + K_D[-1] / 2 + case.d_most / 2
+    left = K_D[0] + case.D_linear.min()
     return Condition(name, float(left - case.epsilon_0 * per_epsilon), float(left / per_epsilon))
 
 
@@ -203,6 +212,27 @@ def _in_body(gain: Vector, bound: Callable[[Iterable[float]], float]) -> Vector:
     """Return the bound of an earth-frame gain in body axes: surge and sway may each have either of x and y."""
     pair = float(bound(gain[:2].tolist()))
     return np.array([pair, pair, gain[2], gain[3]])
+
+
+def _least_of(gain: Matrix) -> Vector:
+    """Return the diagonal of a matrix that is nowhere above the gain: less the sums of rows (Gershgorin)."""
+    least: Vector = 2 * np.diag(gain) - np.abs(gain).sum(axis=1)
+    return least
+
+
+def _most_of(gain: Matrix) -> Vector:
+    """Return the diagonal of a matrix that is nowhere below the gain."""
+    most: Vector = np.abs(gain).sum(axis=1)
+    return most
+
+
+def _is_diagonal(gain: Matrix) -> bool:
+    return bool(np.abs(gain - np.diag(np.diag(gain))).max() <= _COUPLED * np.abs(gain).max())
+
+
+def _turns_alike(gain: Matrix) -> bool:
+    """Tell whether a gain is the same in whatever direction the vehicle heads."""
+    return _is_diagonal(gain) and bool(gain[0, 0] == gain[1, 1])
 
 
 def _least(a: Vector) -> float:

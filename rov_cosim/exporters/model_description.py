@@ -57,6 +57,8 @@ UNITS = {
         Unit("N.m", BaseUnit(kg=1, m=2, s=-2)),
         Unit("N/m", BaseUnit(kg=1, s=-2)),
         Unit("N.m/rad", BaseUnit(kg=1, m=2, s=-2, rad=-1)),
+        Unit("N/rad", BaseUnit(kg=1, m=1, s=-2, rad=-1)),
+        Unit("N.s/rad", BaseUnit(kg=1, m=1, s=-1, rad=-1)),
         Unit("N/(m.s)", BaseUnit(kg=1, s=-3)),
         Unit("N.m/(rad.s)", BaseUnit(kg=1, m=2, s=-3, rad=-1)),
         Unit("N.s/m", BaseUnit(kg=1, s=-1)),

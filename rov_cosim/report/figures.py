@@ -182,8 +182,7 @@ def _noise() -> Drawn:
 def lyapunov(run: Experiment) -> Series:
     """Return V along a run, shape (rows,), in J, with the true pose and velocity, of the forces that are adapted."""
     case = run.certificate
-    K_P = np.diag(case.gains.K_P)
-    known = (case.inertia, K_P, case.case.epsilon_0, case.case.alpha)
+    known = (case.inertia, case.gains.K_P, case.case.epsilon_0, case.case.alpha)
     eta, nu = run.group("rov_plant.eta", POSE), run.group("rov_plant.nu", VELOCITY)
     V = np.array([energy(e, pose, speed, *known) for e, pose, speed in zip(run.errors, eta, nu, strict=True)])
     for force in FORCES:

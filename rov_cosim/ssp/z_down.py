@@ -6,6 +6,7 @@ R_z(-psi) R_y(-theta) R_x(phi)), and the rates, forces and moments about these a
 """
 
 from collections.abc import Mapping
+from math import prod
 
 from ..components.interface import POSE, VELOCITY, WRENCH
 
@@ -22,6 +23,7 @@ _DIRECTIONLESS = {
     *("K_P", "K_D", "K_I", "K_S", "Lambda", "Gamma", "Delta", "boundary_layer"),
     *("added_mass", "D_linear", "D_quadratic", "current_std", "attitude_noise_std", "attitude_drift_std"),
 }
+_OFF_DIAGONAL = {"K_P_off", "K_D_off", "Gamma_off"}
 
 
 def sign(variable: str) -> float:
@@ -30,6 +32,8 @@ def sign(variable: str) -> float:
     It knows the parameters of this project's components; any other variable is told by the last part of its name.
     """
     group, _, label = variable.rpartition(".")
+    if group.partition(".")[0] in _OFF_DIAGONAL:  # between two axes
+        return prod(Z_DOWN.get(part, 1.0) for part in variable.split("."))
     if group == "I":  # the products with x, the integrals of x y and x z, change theirs
         return -1.0 if label in ("xy", "xz") else 1.0
     return 1.0 if group.partition(".")[0] in _DIRECTIONLESS else Z_DOWN.get(label, 1.0)

@@ -23,9 +23,9 @@ from .errors import CampaignError
 from .worker import Systems, run_chunk
 
 DIED = "an FMU ended the process that ran it"
-CHUNK = 0.4
-"""Time in s that a chunk of runs takes, about: the way to a worker and back takes some ms."""
-MOST = 100
+CHUNK = 1.0
+"""Time in s that a chunk of runs takes, about: the way to a worker and back, and to the disk, takes some 10 ms."""
+MOST = 200
 """Runs of a chunk."""
 HOPELESS = 8
 """Runs in a row that may end their process before any is scored."""
@@ -86,7 +86,8 @@ class _Dispatch:
         while self._waiting or self._flying or self._suspects:
             places = sum(self._client.nthreads().values())
             while self._waiting and len(self._flying) < 2 * max(places, 1):
-                size = min(max(int(CHUNK / self._pace), 1), MOST, len(self._waiting))
+                share = -(-len(self._waiting) // (2 * max(places, 1)))  # so that all workers end at about one time
+                size = min(max(int(CHUNK / self._pace), 1), MOST, share)
                 self._submit([self._waiting.popleft() for _ in range(size)])
             if alone := not self._flying:
                 self._submit([self._suspects.popleft()])
