@@ -71,8 +71,7 @@ def test_nothing_is_said_of_a_plant_that_is_right(judged, name):
 
 
 def test_a_plant_that_runs_is_judged_as_its_equations_are(fmus):
-    for name in (LOCKED, FREE):
-        assert terms.faults(wire(SYSTEMS[name], fmus), Settings(isolate=True)) == ()
+    assert terms.faults(wire(SYSTEMS[LOCKED], fmus), Settings(isolate=True)) == ()
 
 
 MODULES = {"frames": frames, "vehicle": vehicle, "equations": equations}
