@@ -120,11 +120,10 @@ export class Loops {
 
 /** What a run recorded, column after column. */
 export class Run {
-  constructor({ columns, message, warning, took }, names, step) {
+  constructor({ columns, message, warning }, names, step) {
     this.names = new Map(names.map((name, i) => [name, i]));
     this.rows = columns.length / names.length;
     this.columns = columns;
-    this.took = took;
     this.failure = message;
     this.warning = warning;
     this.time = new Float64Array(this.rows);
