@@ -182,3 +182,5 @@ def test_a_gate_is_red_by_a_plant_that_its_controller_holds_all_the_same(tmp_pat
     assert "green  theirs, still_water: held" in done.output
     assert "red    theirs: rov_plant: D_linear.u, D_quadratic.u: acts the other way in X." in done.output
     assert done.output.splitlines()[-1] == "Error: gate some: red, 0 of 1 cells failed; wrong: theirs"
+    other = call("gate", written(tmp_path, f"{GATE}terms = false\n"), "--output", tmp_path)
+    assert other.output.splitlines()[-1] == "gate some: green, 1 of 1 cells passed"

@@ -141,7 +141,7 @@ class _Conduct:
         found = self._all(signs.faults, {name: self.plain[name] for name in self.plain if name in lost})
         weighed = self._weighed()
         self.warnings += [f"{name}: {UNWEIGHED}" for name, said in weighed.items() if said is None]
-        wrong = {name: (*(weighed[name] or ()), *found.get(name, ())) for name in self.plain}
+        wrong = {name: (*(weighed.get(name) or ()), *found.get(name, ())) for name in self.plain}
         order = [Cell(column.name, trouble) for column in self.gate.columns for trouble in column.limits]
         fmus = {name: {e.name: e.description.modelName for e in loop.elements} for name, loop in self.plain.items()}
         return Outcome(
@@ -203,7 +203,8 @@ class _Conduct:
 
     def _weighed(self) -> dict[str, tuple[str, ...] | None]:
         """Return what is wrong with the terms of each system's plant; systems of one FMU share a run. None: unknown."""
-        plants = {name: terms.plant_in(loop) for name, loop in self.plain.items()}
+        ours = {column.name for column in self.gate.columns if column.is_ours}
+        plants = {name: terms.plant_in(loop) for name, loop in self.plain.items() if name in ours}
         first = {plant.fmu: self.plain[name] for name, plant in plants.items() if plant}
         by_fmu = self._all(terms.faults, first)
         return {name: by_fmu[plant.fmu] if plant else None for name, plant in plants.items()}
