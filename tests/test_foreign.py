@@ -18,6 +18,7 @@ from rov_cosim.master import memory
 from rov_cosim.master.apart import simulate_apart
 from rov_cosim.master.exchange import gauss_seidel, jacobi
 from rov_cosim.master.instances import Instances
+from rov_cosim.master.memory import Memory, seen_rows
 from rov_cosim.master.simulation import SimulationError, simulate
 from rov_cosim.ssp.declaration import wire
 from rov_cosim.ssp.wiring import End, Link, WiringError
@@ -207,6 +208,12 @@ def test_rows_are_recorded_at_the_output_interval(fmus, in_numpy):
     assert np.array_equal(every[first_beyond], tenth)
     with pytest.raises(WiringError, match=r"output interval is 0\.01 s; expected at least a step of 0\.03 s"):
         simulate(wiring, output_interval=0.01)
+
+
+def test_another_process_sees_the_rows_of_a_run_with_any_number_of_columns(tmp_path):
+    dtype = np.dtype([(f"element.variable[{i}]", np.float64) for i in range(1000)])
+    Memory(tmp_path).rows(2, dtype)["element.variable[999]"] = 3.0
+    assert seen_rows(tmp_path)["element.variable[999]"].tolist() == [3.0, 3.0]
 
 
 def test_many_results_are_kept_in_a_file(fmus, monkeypatch):

@@ -241,7 +241,7 @@ def test_the_files_of_the_guide_are_gates(tmp_path):
     assert {column.name: len(column.limits) for column in gate.columns} == {"station_keeping": 2, "theirs": 3}
     listed = re.findall(r"^\| (`.*?`) \|", GUIDE.partition("| key |")[2], re.M)
     keys = {key for row in listed for key in re.findall(r"`(\w+)`", row)}
-    assert keys >= {*SETTINGS, *CHANGES, "export", "timeout", "troubles", "system", "without"}
+    assert keys >= {*SETTINGS, *CHANGES, "export", "timeout", "troubles", "system", "without", "terms"}
 
 
 def steps(name):

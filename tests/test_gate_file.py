@@ -75,6 +75,7 @@ ONE = f"{HEAD}[systems.rexrov]\n"
         (f'{ONE}without = ["still_water"]', "without: all troubles are in it, so that nothing runs"),
         (f'{ONE}swaps = ["a.fmu"]', "[systems.rexrov] swaps: expected a table, [swaps]"),
         (f'{ONE}map = "none.toml"', "[systems.rexrov] map: "),
+        (f'{ONE}terms = "no"', "[systems.rexrov] terms: expected true, or false for a plant with our names"),
         (f'{ONE}system = "none.ssv"', "[systems.rexrov] system: "),
         (f"{ONE}[limits]\nworse = 1", "[limits] there is no score worse; expected verdict, settling"),
         (f'{ONE}[limits]\nverdict = "lost"', "[limits] verdict: expected the worst that passes, held or offset"),

@@ -8,6 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 LAYERS = [
     "cli",
+    "release",
     "benchmark",
     "importers",
     "handover",
@@ -24,8 +25,8 @@ LAYERS = [
     "loaded",
 ]
 """Each folder, or module, of `rov_cosim` may import from itself and from those after it."""
-APART = {"importers", "benchmark"}
-"""What writes pages or times things: only commands load it."""
+APART = {"importers", "benchmark", "release"}
+"""What writes pages, times things or makes what is handed over: only commands load it."""
 
 
 def imported(file, package):

@@ -12,6 +12,7 @@ import pytest
 
 from rov_cosim.cli.main import main
 from rov_cosim.exporters.build import components
+from rov_cosim.release import source
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.systems.fleet import LOOPS, VEHICLES, WIRED, named
 
@@ -156,10 +157,7 @@ DATA = {
 
 @pytest.mark.slow
 def test_an_installed_copy_works_outside_the_checkout(tmp_path):
-    source = tmp_path / "source"  # setuptools leaves its own build folder where it builds
-    shutil.copytree(ROOT, source, ignore=UNNEEDED)
-    run("pip", "wheel", "--no-deps", "-q", "-w", tmp_path, source)
-    (wheel,) = tmp_path.glob("*.whl")
+    wheel = source.wheel(ROOT, tmp_path)
     with ZipFile(wheel) as archive:
         assert set(archive.namelist()) >= DATA
     target = tmp_path / "site"
@@ -177,16 +175,16 @@ def test_an_installed_copy_works_outside_the_checkout(tmp_path):
 
 @pytest.mark.slow
 def test_an_editable_install_does_without_links(tmp_path):
-    source = tmp_path / "source"
-    shutil.copytree(ROOT, source, symlinks=True, ignore=UNNEEDED)
-    links = [path for path in (source / "rov_cosim").iterdir() if path.is_symlink()]
+    copy = tmp_path / "copy"
+    shutil.copytree(ROOT, copy, symlinks=True, ignore=UNNEEDED)
+    links = [path for path in (copy / "rov_cosim").iterdir() if path.is_symlink()]
     assert {link.name for link in links} == {"components", "systems"}
     for link in links:  # as git leaves them where there are none, on Windows
         text = str(link.readlink())
         link.unlink()
         link.write_text(text, encoding="utf-8")
     target = tmp_path / "site"
-    run("pip", "install", "--no-deps", "-q", "--target", target, "-e", source)
+    run("pip", "install", "--no-deps", "-q", "--target", target, "-e", copy)
     for export in ("native", "pythonfmu"):
         run_installed(target, tmp_path, "run", "station_keeping", "--stop-time", "0.3", "--export", export)
-        assert (source / "build" / export / "rov_plant.fmu").is_file()
+        assert (copy / "build" / export / "rov_plant.fmu").is_file()

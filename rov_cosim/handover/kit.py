@@ -1,7 +1,7 @@
 """The kit of a component: a folder, and a zip of it, with all that another team needs."""
 
 import tempfile
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from importlib.metadata import distribution, version
 from importlib.resources import files
@@ -39,29 +39,43 @@ def write(
     BuildError : the FMU cannot be built.
     OSError : the folder cannot be written.
     """
-    kit = folder / f"{component.name}-{version('rov-cosim')}"
+    kit, progress = folder / called(component), progress or _silent
     kit.mkdir(parents=True, exist_ok=True)  # before the work, which takes long
-    content = entries(component, platforms, progress or _silent)
+    with tempfile.TemporaryDirectory() as temporary:
+        fmu, fmu3 = (Path(temporary) / below / f"{component.name}.fmu" for below in ("", FMI3))
+        for platform in progress(platforms, "binary"):
+            native_export.export(component, fmu, [platform])  # those of before stay in
+        for platform in progress(zig.platforms_of(3, platforms), "binary of FMI 3.0"):
+            native_export.export(component, fmu3, [platform], fmi=3)
+        content = entries(component, fmu, fmu3, platforms, progress)
     for name, data in content.items():
         path = kit / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
     zipped = kit.with_name(f"{kit.name}.zip")
-    archive.write(zipped, {f"{kit.name}/{name}": data for name, data in content.items()})
+    archive.write(zipped, zipped_entries(component, content))
     return kit, zipped
 
 
-def entries(component: Component, platforms: Collection[str], progress: Progress) -> dict[str, bytes]:
-    """Return the content of the kit, name to bytes."""
+def called(component: Component) -> str:
+    """Return the name of a kit, which is its folder's and its zip's."""
+    return f"{component.name}-{version('rov-cosim')}"
+
+
+def zipped_entries(component: Component, content: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Return the content of a kit as its zip has it: in a folder of its name."""
+    return {f"{called(component)}/{name}": data for name, data in content.items()}
+
+
+def entries(
+    component: Component, fmu: Path, fmu3: Path, platforms: Collection[str], progress: Progress
+) -> dict[str, bytes]:
+    """Return the content of the kit, name to bytes, with FMUs of 2.0 and 3.0 that are for some platforms of 2.0."""
     cases = cases_of(component)
+    fmus = {f"{component.name}.fmu": fmu.read_bytes(), f"{FMI3}/{component.name}.fmu": fmu3.read_bytes()}
+    content = {**fmus, **beside(component, fmu)}
+    by_name = {case.name: case for case in cases}
     with tempfile.TemporaryDirectory() as temporary:
-        fmu, fmu3 = (Path(temporary) / folder / f"{component.name}.fmu" for folder in ("", FMI3))
-        for platform in progress(platforms, "binary"):
-            native_export.export(component, fmu, [platform])  # those of before stay in
-        for platform in progress(zig.platforms_of(3, platforms), "binary of FMI 3.0"):
-            native_export.export(component, fmu3, [platform], fmi=3)
-        content = {fmu.name: fmu.read_bytes(), f"{FMI3}/{fmu.name}": fmu3.read_bytes(), **beside(component, fmu)}
-        by_name = {case.name: case for case in cases}
         for case in map(by_name.__getitem__, progress(by_name, "reference run")):
             folder = Path(temporary) / case.name
             reference.write(reference.run(component, case), folder)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 LARGEST = 256_000_000
 """Bytes of results beyond which they are kept in a temporary file, not in memory."""
+_LONGEST_HEADER = 2**30
+"""Characters of the names of all columns; NumPy refuses 10 000 unless it is told, of files that nobody trusts."""
 
 
 class Watch(Structure):
@@ -61,7 +63,8 @@ def seen_watch(folder: Path) -> Watch:
 def seen_rows(folder: Path) -> NDArray[Any]:
     """Return all rows of the run that keeps its memory in a folder, those to come too."""
     try:
-        return np.frombuffer(_mapped(folder / "rows", 0), np.load(folder / "dtype.npy").dtype)
+        kept = np.load(folder / "dtype.npy", max_header_size=_LONGEST_HEADER)
+        return np.frombuffer(_mapped(folder / "rows", 0), kept.dtype)
     except FileNotFoundError:
         return np.zeros(0, [("time", np.float64)])
 

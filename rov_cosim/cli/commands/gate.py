@@ -75,7 +75,7 @@ def command(file: Path, jobs: int, output: Path | None) -> None:
     picture.draw(outcome, path.with_name(f"{path.name}.png"))
     for suffix in (".xml", ".md", ".csv", ".png"):
         click.echo(path.with_name(f"{path.name}{suffix}"))
-    if outcome.of("red"):
+    if outcome.is_red:
         raise click.ClickException(outcome.verdict)
     click.echo(outcome.verdict)
 

@@ -19,10 +19,15 @@ from ..limits import OF_POSE, Limits, broken
 from ..runs import opened
 from ..scores import Score
 from ..settings import Settings
+from . import signs, terms
 from .declared import Column, Gate
-from .signs import DURATION, faults
+from .signs import DURATION
 from .vacuous import NO_LOAD, UNHELD, uncontrolled
 
+UNWEIGHED = (
+    "the plant's terms are not weighed: no element has a vehicle's inputs and parameters by our names, "
+    "or it does not run beside copies of itself."
+)
 Status = Literal["green", "red", "left out"]
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 """Wraps the runs as they come to an end, given their number."""
@@ -82,9 +87,13 @@ class Outcome:
     def verdict(self) -> str:
         """In a line how it went."""
         red, ran = len(self.of("red")), len(self.results) - len(self.of("left out"))
-        return f"gate {self.name}: " + (
-            f"red, {red} of {ran} cells failed" if red else f"green, {ran} of {ran} cells passed"
-        )
+        told = f"red, {red} of {ran} cells failed" if self.is_red else f"green, {ran} of {ran} cells passed"
+        return f"gate {self.name}: {told}" + ("" if red or not self.is_red else f"; wrong: {', '.join(self.faults)}")
+
+    @property
+    def is_red(self) -> bool:
+        """Whether a cell is red or a system is wrong."""
+        return bool(self.of("red") or self.faults)
 
 
 def conduct(
@@ -129,14 +138,17 @@ class _Conduct:
             for cell, result in self.results.items()
             if result.score and (result.score.lost_at or 0.0) > DURATION
         }
-        found = self._all(faults, {name: self.plain[name] for name in self.plain if name in lost})
+        found = self._all(signs.faults, {name: self.plain[name] for name in self.plain if name in lost})
+        weighed = self._weighed()
+        self.warnings += [f"{name}: {UNWEIGHED}" for name, said in weighed.items() if said is None]
+        wrong = {name: (*(weighed.get(name) or ()), *found.get(name, ())) for name in self.plain}
         order = [Cell(column.name, trouble) for column in self.gate.columns for trouble in column.limits]
         fmus = {name: {e.name: e.description.modelName for e in loop.elements} for name, loop in self.plain.items()}
         return Outcome(
             self.gate.name,
             {cell: self.results[cell] for cell in order},
             fmus,
-            {name: said for name, said in found.items() if said},
+            {name: said for name, said in wrong.items() if said},
             tuple(self.warnings),
         )
 
@@ -188,6 +200,14 @@ class _Conduct:
             reasons = [UNHELD] if not broken(score, of_pose) else [NO_LOAD] if stays and all(others) else []
             if reasons:
                 self.results[cell] = replace(result, status="red", reasons=tuple(reasons))
+
+    def _weighed(self) -> dict[str, tuple[str, ...] | None]:
+        """Return what is wrong with the terms of each system's plant; systems of one FMU share a run. None: unknown."""
+        ours = {column.name for column in self.gate.columns if column.is_ours}
+        plants = {name: terms.plant_in(loop) for name, loop in self.plain.items() if name in ours}
+        first = {plant.fmu: self.plain[name] for name, plant in plants.items() if plant}
+        by_fmu = self._all(terms.faults, first)
+        return {name: by_fmu[plant.fmu] if plant else None for name, plant in plants.items()}
 
     def _all(self, work: Callable[[Wiring, Settings], Any], on: Mapping[Any, Wiring]) -> dict[Any, Any]:
         """Return what work makes of each system."""

@@ -30,6 +30,7 @@ class Column:
     changes : what holds in every run, FMUs of the user in the place of elements above all.
     limits : what a run must keep, by the trouble that it is in.
     left_out : troubles that are known to mean nothing here.
+    is_ours : whether the plant's terms, if it has our names, are to be those of ours.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Column:
     changes: Changes
     limits: Mapping[str, Limits]
     left_out: tuple[str, ...] = ()
+    is_ours: bool = True
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ class _Table(_File):
     """Takes the table of a system apart."""
 
     def column(self, name: str, troubles: list[str], general: Mapping[str, Any]) -> Column | None:
-        self.known(["system", *CHANGES, "troubles", "without", "limits"])
+        self.known(["system", *CHANGES, "troubles", "without", "terms", "limits"])
         own, left_out = self.names("troubles"), self.names("without")
         self.troubles("troubles", own)
         run, limits = own or troubles, self.table("limits")
@@ -117,9 +119,11 @@ class _Table(_File):
         self._checked(limits, {*run})
         if run and set(run) <= set(left_out):
             self.problem("without: all troubles are in it, so that nothing runs.")
+        if type(terms := self.content.get("terms", True)) is not bool:
+            self.problem("terms: expected true, or false for a plant with our names and other terms.")
         system, changes = self.system(name=name), self.changes()
         found = {trouble: _of(trouble, _DEFAULT, general, limits) for trouble in run}
-        return Column(name, system, changes, found, tuple(left_out)) if system else None
+        return Column(name, system, changes, found, tuple(left_out), terms is True) if system else None
 
 
 def _of(trouble: str, *tables: Mapping[str, Any]) -> Limits:
