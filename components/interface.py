@@ -5,6 +5,7 @@ A component's equations are pure functions of arrays. They receive one namespace
 which exporters store and save, are turned into such namespaces and back by `Layout`.
 """
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,6 +25,21 @@ VELOCITY_UNITS = ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")
 WRENCH_UNITS = ("N", "N", "N", "N.m", "N.m", "N.m")
 
 Type = Literal["Real", "Integer", "Boolean"]
+
+TERMINALS = {
+    "pose": ("eta",),
+    "velocity": ("nu",),
+    "measured_pose": ("eta_m", "eta_m_valid"),
+    "set_point": ("eta_d", "eta_dot_d"),
+    "thrusters": ("u",),
+    "wrench": ("tau",),
+    "arm": ("F_arm",),
+    "surroundings": ("current", "F_umbilical", "thrust_loss"),
+}
+"""Keys of inputs and outputs that go together between components; a component with all of them has the terminal."""
+
+TAKEN_FOR = {"nu_m": "nu"}
+"""The key under which a terminal has a signal, where that is not its own."""
 
 SAMPLE_TIME = 0.03
 """Sample time of Hoang & Kreuzer 2007 in s, and so the communication step of the systems."""
@@ -78,6 +94,11 @@ class Signal:
     def names(self) -> tuple[str, ...]:
         """Names of the scalar elements in row-major order."""
         return tuple((self.pattern or self.key).format(*labels) for labels in product(*self.axes))
+
+    @property
+    def name(self) -> str:
+        """Name of the whole: that of its elements without their labels, or the key where nothing is left."""
+        return re.sub(r"\[{}]|\.?{}", "", self.pattern) or self.key
 
     @property
     def units(self) -> tuple[str, ...]:

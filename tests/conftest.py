@@ -8,7 +8,7 @@ from pythonfmu.builder import FmuBuilder
 
 from fmu import Fmu
 from rov_cosim.exporters import archive, zig
-from rov_cosim.exporters.build import build_fmus, components, fmu_path, project_root
+from rov_cosim.exporters.build import FMI3, build_fmus, components, fmu_path, project_root
 from rov_cosim.handover import reference
 from rov_cosim.ssp.declaration import wire
 from rov_cosim.study import archives as building
@@ -71,6 +71,13 @@ def fmus() -> dict[str, Path]:
     """Build the native FMUs of all components; return them by component name."""
     build_fmus(project_root())
     return {name: fmu_path(project_root(), name) for name in components()}
+
+
+@pytest.fixture(scope="session")
+def fmi3_fmus() -> dict[str, Path]:
+    """Build the native FMUs of FMI 3.0 of all components; return them by component name."""
+    build_fmus(project_root(), FMI3)
+    return {name: fmu_path(project_root(), name, FMI3) for name in components()}
 
 
 @pytest.fixture(scope="session")

@@ -22,6 +22,7 @@ from struct import pack
 from tempfile import TemporaryDirectory
 
 from raw_fmi import BEGIN, END, INIT, RUN, SETUP, Bench
+from raw_fmi3 import Bench3
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "rov_cosim" / "exporters" / "FAULTS.md"
@@ -104,7 +105,7 @@ def in_c_host(one):
         return "skipped: there is no C compiler"
     source, program = one.folder / "host.c", one.folder / "host"
     source.write_text(HOST, encoding="utf-8")
-    subprocess.run(["cc", source, "-o", program, "-ldl"], check=True)
+    subprocess.run(["cc", f"-D{one.version.upper()}", source, "-o", program, "-ldl"], check=True)
     done = subprocess.run([program, one.path, one.guid, one.resources], capture_output=True, text=True, check=False)
     one.messages[:] = done.stdout.splitlines()
     return {0: "ok", 2: "does not load"}.get(done.returncode, f"ends with {done.returncode}")
@@ -112,20 +113,38 @@ def in_c_host(one):
 
 HOST = r"""
 #include <dlfcn.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
+#ifdef FMI3
+static void show(void *e, int status, const char *category, const char *text) { puts(text); }
+static int run(void *library, char *guid, char *resources) {
+    void *(*instantiate)(const char *, char *, char *, bool, bool, bool, bool, void *, size_t, void *, void *, void *) =
+        dlsym(library, "fmi3InstantiateCoSimulation");
+    int (*enter)(void *, bool, double, double, bool, double) = dlsym(library, "fmi3EnterInitializationMode");
+    int (*leave)(void *) = dlsym(library, "fmi3ExitInitializationMode");
+    int (*step)(void *, double, double, bool, bool *, bool *, bool *, double *) = dlsym(library, "fmi3DoStep");
+    void *c = instantiate("host", guid, resources, 0, 1, 0, 0, NULL, 0, NULL, show, NULL);
+    bool answers[3];
+    double last;
+    return !c || enter(c, 0, 0, 0, 0, 0) || leave(c) || step(c, 0, 0.03, 1, answers, answers + 1, answers + 2, &last);
+}
+#else
 static void show(void *e, const char *name, int status, const char *category, const char *text, ...) { puts(text); }
-int main(int argc, char **argv) {
-    void *callbacks[5] = {show, calloc, free}, *library = dlopen(argv[1], RTLD_NOW);
-    if (!library)
-        return puts(dlerror()), 2;
+static int run(void *library, char *guid, char *resources) {
+    void *callbacks[5] = {show, calloc, free};
     void *(*instantiate)(const char *, int, char *, char *, void *, int, int) = dlsym(library, "fmi2Instantiate");
     int (*setup)(void *, int, double, double, int, double) = dlsym(library, "fmi2SetupExperiment");
     int (*enter)(void *) = dlsym(library, "fmi2EnterInitializationMode");
     int (*leave)(void *) = dlsym(library, "fmi2ExitInitializationMode");
     int (*step)(void *, double, double, int) = dlsym(library, "fmi2DoStep");
-    void *c = instantiate("host", 1, argv[2], argv[3], callbacks, 0, 1);
+    void *c = instantiate("host", 1, guid, resources, callbacks, 0, 1);
     return !c || setup(c, 0, 0, 0, 0, 0) || enter(c) || leave(c) || step(c, 0, 0.03, 1);
+}
+#endif
+int main(int argc, char **argv) {
+    void *library = dlopen(argv[1], RTLD_NOW);
+    return library ? run(library, argv[2], argv[3]) : (puts(dlerror()), 2);
 }
 """
 
@@ -145,12 +164,15 @@ class Fault:
     python: str = ""  # what the page tells of the pythonfmu export in place of an answer
     system: str = ""  # a part of the message of a system, where it is another
     fails: bool = False  # whether a system has failed by it, for some elements took the step
+    three: Callable[[Bench3], str] | None = None  # how it is committed by FMI 3.0, where that is otherwise
+    only_two: bool = False  # whether FMI 3.0 has no such function
 
 
 call, put, get = (partial(methodcaller, name) for name in ("call", "put", "get"))
 step, make = (partial(methodcaller, name) for name in ("step", "instantiate"))
 EXIT = call("ExitInitializationMode")
 PAIR, FIRST, SIZE, NOWHERE = (c_double * 2)(), byref(c_uint32(0)), byref(c_size_t()), {"component": None}
+EIGHT = (c_double * 8)()
 LIGHT = (("I.xx", 0.01), ("I.yy", 0.01), ("added_mass.p", 0.0), ("r_G.z", 0.3))
 FEW = tuple((f"thruster[{i}].enabled", 0) for i in range(5, 9))
 FREE = (("lock_roll_pitch", 0), ("r_B.z", 0.0), ("F_A.z", 60.0))
@@ -180,12 +202,13 @@ FAULTS = [
     Fault("Real set as Integer", put({"u[1]": 1}, "Integer"), "u[1] (value reference"),
     Fault("Real read as String", get("u[1]", "String"), "u[1] (value reference"),
     Fault("second derivative of an input", call("SetRealInputDerivatives", FIRST, 1, byref(c_int(2)), PAIR),
-          "of order 2", python="-", system="no derivatives"),
+          "of order 2", python="-", system="no derivatives", only_two=True),
     Fault("derivative of an input set to NaN",
           call("SetRealInputDerivatives", FIRST, 1, byref(c_int(1)), byref(c_double(nan))), "u[1] is nan", python="-",
-          system="no derivatives"),
+          system="no derivatives", only_two=True),
     Fault("directional derivative of an input", call("GetDirectionalDerivative", FIRST, 1, FIRST, 1, PAIR, PAIR),
-          "is no output", python="-"),
+          "is no output", python="-",
+          three=call("GetDirectionalDerivative", FIRST, 1, FIRST, 1, EIGHT, 8, EIGHT, 8)),
     Fault("step of 0 s", step(0.0), "step size is 0"),
     Fault("step of -0.03 s", step(-0.03), "step size is -0.03"),
     Fault("step of NaN", step(nan), "step size is nan"),
@@ -202,22 +225,26 @@ FAULTS = [
     Fault("step during the initialization", step(), "only while running", INIT),
     Fault("fmi2ExitInitializationMode before enter", EXIT, "only while initializing", BEGIN),
     Fault("fmi2EnterInitializationMode twice", call("EnterInitializationMode"), "only while instantiated", INIT),
-    Fault("fmi2SetupExperiment twice", lambda one: one.must(*SETUP) or one.call(*SETUP), ACCEPTED, BEGIN),
-    Fault("fmi2SetupExperiment during the run", call(*SETUP), "only while instantiated"),
-    Fault("start time of NaN", call("SetupExperiment", 0, 0.0, nan, 0, 0.0), "from nan s", BEGIN),
+    Fault("fmi2SetupExperiment twice", lambda one: one.must(*SETUP) or one.call(*SETUP), ACCEPTED, BEGIN,
+          only_two=True),
+    Fault("fmi2SetupExperiment during the run", call(*SETUP), "only while instantiated", only_two=True),
+    Fault("start time of NaN", call("SetupExperiment", 0, 0.0, nan, 0, 0.0), "from nan s", BEGIN,
+          three=call("EnterInitializationMode", 0, 0.0, nan, 0, 0.0)),
     Fault("fmi2Terminate before the initialization", call("Terminate"), "only while running", BEGIN),
     Fault("step after fmi2Terminate", step(), "is terminated", END),
     Fault("input set after fmi2Terminate", put({"u[1]": 1.0}), "is terminated", END),
-    Fault("fmi2CancelStep without a step to cancel", call("CancelStep"), "no step to cancel"),
-    Fault("fmi2GetStatus without a pending step", call("GetStatus", 0, byref(c_int())), "no such status"),
+    Fault("fmi2CancelStep without a step to cancel", call("CancelStep"), "no step to cancel", only_two=True),
+    Fault("fmi2GetStatus without a pending step", call("GetStatus", 0, byref(c_int())), "no such status",
+          only_two=True),
     Fault("wrong GUID", make(guid=b"{wrong}"), "{wrong}"),
     Fault("GUID of NULL", make(guid=None), "GUID is NULL"),
     Fault("instantiated for model exchange", make(type=0), "fmi2CoSimulation"),
     Fault("empty instance name", make(name=b""), "name of the instance"),
     Fault("instance name of NULL", make(name=None), "name of the instance"),
-    Fault("callbacks of NULL", make(callbacks=None), ""),
+    Fault("callbacks of NULL", make(callbacks=None), "", only_two=True),
     Fault("input set to NaN without a logger",
-          lambda one: one.twin(callbacks=(c_void_p * 5)()).put({"u[1]": nan}), ""),
+          lambda one: one.twin(callbacks=(c_void_p * 5)()).put({"u[1]": nan}), "",
+          three=lambda one: one.twin(callbacks=None).put({"u[1]": nan})),
     Fault("resource location of NULL", make(resources=None), ACCEPTED),
     Fault("unknown log category", call("SetDebugLogging", 1, 1, byref(c_char_p(b"logAl"))), "no log category logAl"),
     Fault("log category of NULL", call("SetDebugLogging", 1, 1, byref(c_char_p())), "no log category NULL"),
@@ -262,21 +289,68 @@ FAULTS = [
     Fault("unpacked into a folder with non-ASCII characters", step(), ACCEPTED, folder="Fähre 海"),
     Fault("host in C, without libpython", in_c_host, ACCEPTED),
 ]
+
+OF_THREE = [
+    Fault("7 values for the 8 elements of u", call("SetFloat64", FIRST, 1, EIGHT, 7), "7 values; expected 8"),
+    Fault("room for 9 values of the 8 elements of u", call("GetFloat64", FIRST, 1, (c_double * 9)(), 9),
+          "9 values; expected 8"),
+    Fault("value reference of an element within an array", get(1, "Real"), "no variable with value reference 1"),
+    Fault("time set", lambda one: one.call("SetFloat64", byref(c_uint32(one.time_reference)), 1, PAIR, 1),
+          "independent variable"),
+    Fault("Float64 read as Float32", call("GetFloat32", FIRST, 1, PAIR, 1), "u (value reference 0) is of type Float64"),
+    Fault("Float64 read as Binary", call("GetBinary", FIRST, 1, PAIR, PAIR, 1), "u (value reference 0)"),
+    Fault("clock read", call("GetClock", FIRST, 1, PAIR), "no clocks"),
+    Fault("instantiated for Scheduled Execution", make(type="ScheduledExecution"), "expected Co-Simulation"),
+    Fault("instantiated with Event Mode", make(event_mode=1), "hasEventMode is false"),
+    Fault("instantiated with an intermediate variable", make(intermediate=1), "providesIntermediateUpdate is false"),
+    Fault("fmi3EnterEventMode", call("EnterEventMode"), "no Event Mode"),
+    Fault("fmi3EnterStepMode", call("EnterStepMode"), "no Event Mode"),
+    Fault("fmi3EnterConfigurationMode", call("EnterConfigurationMode"), "no structural parameters", BEGIN),
+    Fault("fmi3GetContinuousStates", call("GetContinuousStates", PAIR, 1), "not for Model Exchange"),
+    Fault("fmi3GetOutputDerivatives", call("GetOutputDerivatives", FIRST, 1, FIRST, PAIR, 1),
+          "maxOutputDerivativeOrder"),
+    Fault("fmi3GetNumberOfVariableDependencies", call("GetNumberOfVariableDependencies", 0, SIZE),
+          "providesPerElementDependencies"),
+    Fault("fmi3DoStep: lastSuccessfulTime is NULL",
+          lambda one: one.call("DoStep", 0.0, 0.03, 1, *[byref(c_int())] * 3, None), "lastSuccessfulTime is NULL"),
+    Fault("adjoint derivative of an input", call("GetAdjointDerivative", FIRST, 1, FIRST, 1, EIGHT, 8, EIGHT, 8),
+          "is no output"),
+    Fault("adjoint derivative with a weight of NaN",
+          lambda one: one.call("GetAdjointDerivative", one.outputs, 1, FIRST, 1, (c_double * 6)(nan), 6, EIGHT, 8),
+          "change of eta.x is not finite"),
+    Fault("directional derivative with too short a seed",
+          lambda one: one.call("GetDirectionalDerivative", one.outputs, 1, FIRST, 1, EIGHT, 7, EIGHT, 6),
+          "7 values; expected 8"),
+]
+"""Those that FMI 3.0 alone has."""
 # fmt: on
 
 
 SYSTEM = "station_keeping"
+FMI3 = "fmi3"
+SAME = "the same"
+WORDS = {"GUID": "instantiation token", "fmi2CoSimulation": "Co-Simulation", "vr is": "valueReferences is"}
+WORDS |= {"value is NULL": "values is NULL", "u[1] (value": "u (value", "fmi2": "fmi3"}
 ELEMENTS = {"adaptive_pd": "controller"}
 INPUTS = {"u[1]": "rov_plant.current.x", "u[2]": "rov_plant.current.y"}  # those of a vehicle have sources in a system
 
 
 def expected(fault: Fault, fmu: str) -> str:
     """Return a part of the message that an FMU answers to a fault."""
+    if fmu == FMI3:
+        return in_three(fault.expected)
     if fmu != SYSTEM:
         return fault.expected
     text = fault.system or fault.expected
     for name, input_ in INPUTS.items():
         text = text.replace(name, input_)
+    return text
+
+
+def in_three(text: str) -> str:
+    """Return a part of a message of FMI 2.0 as FMI 3.0 has it."""
+    for two, three in WORDS.items():
+        text = text.replace(two, three)
     return text
 
 
@@ -295,14 +369,15 @@ def has_failed(one: Bench) -> bool:
 def commit(fmu: Path, fault: Fault) -> None:
     """Print a line of JSON with the answer of the call, and one with what is wrong afterwards, if anything is."""
     with TemporaryDirectory() as folder:
-        one = Bench(fmu, Path(folder) / fault.folder)
+        three = fmu.parent.name == FMI3
+        one = (Bench3 if three else Bench)(fmu, Path(folder) / fault.folder)
         if fmu.stem == SYSTEM:
             one.alias(names_in_system(one, fault.component))
         for name, value in fault.given:
             assert one.put({name: value}) == "ok"
         one.lead(BEGIN, fault.stage)
         one.before = one.save()
-        status = fault.act(one)
+        status = ((three and fault.three) or fault.act)(one)
         text = (
             " ".join(" ".join(one.messages).split()).replace(f"{one.folder}/", "").replace(one.guid.decode(), "{...}")
         )
@@ -343,27 +418,41 @@ def answer(fmu: Path, fault: Fault) -> str:
 
 
 def answers(fmus: dict[str, Path], export: str) -> dict[str, str]:
-    """Return what came of each fault, by its name; the export may be "system", of which there is one."""
+    """Return what came of each fault, by its name; the export may be "system", of which there is one, or `FMI3`."""
     with ThreadPoolExecutor(2) as pool:
         known = {fault.name: fault.python for fault in FAULTS if fault.python and export == "pythonfmu"}
+        known |= {fault.name: "-" for fault in FAULTS if fault.only_two and export == FMI3}
         jobs = {
             f.name: pool.submit(answer, fmus[SYSTEM if export == "system" else f.component], f)
-            for f in FAULTS
+            for f in (*FAULTS, *(OF_THREE if export == FMI3 else ()))
             if f.name not in known
         }
         return known | {name: job.result() for name, job in jobs.items()}
 
 
-def page(native: dict[str, str], python: dict[str, str], system: dict[str, str]) -> str:
-    """Return the page for the answers of both exports and of a system."""
+def page(native: dict[str, str], python: dict[str, str], system: dict[str, str], three: dict[str, str]) -> str:
+    """Return the page for the answers of both exports, of a system, and of FMI 3.0."""
     text = INTRODUCTION
     for title, harmless in (("Must be refused", False), ("Must be accepted", True)):
-        text += f"\n## {title}\n\n| fault | native | pythonfmu | system |\n|---|---|---|---|\n"
+        text += f"\n## {title}\n\n| fault | native | pythonfmu | system | FMI 3.0 |\n|---|---|---|---|---|\n"
         for fault in FAULTS:
             if (fault.expected == ACCEPTED) == harmless:
-                cells = (fault.name, *(answers[fault.name] for answers in (native, python, system)))
-                text += f"| {' | '.join(cells)} |\n".replace("*", r"\*")
+                answers = (
+                    native[fault.name],
+                    python[fault.name],
+                    system[fault.name],
+                    beside(native, three)[fault.name],
+                )
+                text += f"| {' | '.join((fault.name, *answers))} |\n".replace("*", r"\*")
+    text += INTRODUCTION_OF_THREE
+    for fault in OF_THREE:
+        text += f"| {fault.name} | {three[fault.name]} |\n".replace("*", r"\*")
     return text
+
+
+def beside(native: dict[str, str], three: dict[str, str]) -> dict[str, str]:
+    """Return the answers of FMI 3.0 as they stand beside those of the native FMUs of 2.0."""
+    return {name: SAME if answer_ == native.get(name) else answer_ for name, answer_ in three.items()}
 
 
 INTRODUCTION = """\
@@ -373,32 +462,41 @@ Every fault is committed by raw calls of FMI in a process of its own. Afterwards
 step, and run again after a reset; what went wrong then follows *afterwards*. A status (*error*, *discard*, *fatal*;
 *NULL* from fmi2Instantiate) stands with the message logged; *accepted* is success without a complaint, *crash* the end
 of the process by a signal, *hang* no answer in a minute, *-* what an export does not have. The system is
-`station_keeping.fmu`, of native components; there inputs stand for others that are connected.
+`station_keeping.fmu`, of native components; there inputs stand for others that are connected. FMI 3.0 stands for the
+native FMUs of that version: *the same* as native, or their own words.
 `python tests/faults.py --table` writes this page.
+"""
+
+INTRODUCTION_OF_THREE = """
+## What FMI 3.0 alone knows
+
+| fault | FMI 3.0 |
+|---|---|
 """
 
 
 def write_page() -> None:
     """Commit all faults on current FMUs and write the page."""
-    from rov_cosim.exporters.build import EXPORTS, build_fmus, fmu_path
+    from rov_cosim.exporters.build import EXPORTS, FMI3, build_fmus, fmu_path
     from rov_cosim.study import archives
     from rov_cosim.systems.catalogue import SYSTEMS
 
     fmus = {export: {path.stem: path for path in build_fmus(ROOT, export)} for export in EXPORTS}
     archives.build(SYSTEMS[SYSTEM])
     fmus["system"] = {SYSTEM: fmu_path(ROOT, SYSTEM)}
+    fmus[FMI3] = {path.stem: path for path in build_fmus(ROOT, FMI3)}
     PAGE.write_text(page(*(answers(those, export) for export, those in fmus.items())), encoding="utf-8")
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("fmu", type=Path, nargs="?")
-    parser.add_argument("fault", nargs="?", choices=[fault.name for fault in FAULTS], metavar="fault")
+    parser.add_argument("fault", nargs="?", choices=[fault.name for fault in (*FAULTS, *OF_THREE)], metavar="fault")
     parser.add_argument("--table", action="store_true", help="write rov_cosim/exporters/FAULTS.md")
     given = parser.parse_args()
     if given.table:
         write_page()
     elif given.fault:
-        commit(given.fmu, next(fault for fault in FAULTS if fault.name == given.fault))
+        commit(given.fmu, next(fault for fault in (*FAULTS, *OF_THREE) if fault.name == given.fault))
     else:
         parser.error("expected FMU and FAULT, or --table")

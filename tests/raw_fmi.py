@@ -20,6 +20,8 @@ LIFE = ((SETUP, ("EnterInitializationMode",)), (("ExitInitializationMode",),), (
 class Bench:
     """An unpacked FMU and an instance of it; `messages` is what the last call logged."""
 
+    version = "fmi2"
+
     def __init__(self, fmu: Path, folder: Path):
         with ZipFile(fmu) as archive:
             archive.extractall(folder)
@@ -57,7 +59,7 @@ class Bench:
 
     def call(self, name, *arguments, **on):
         self.messages.clear()
-        function = self.library[f"fmi2{name}"]
+        function = self.library[f"{self.version}{name}"]
         function.restype = None if name == "FreeInstance" else c_int
         component = c_void_p(on.get("component", self.component))
         return STATUS[function(component, *(ARGUMENT.get(type(a), lambda a: a)(a) for a in arguments)) or 0]
@@ -115,7 +117,7 @@ class Bench:
 
     def beside(self):
         """Return the bench of another component in the same process."""
-        return Bench(self.fmu.with_name("adaptive_pd.fmu"), self.folder / "beside")
+        return type(self)(self.fmu.with_name("adaptive_pd.fmu"), self.folder / "beside")
 
     def twin(self, **other):
         twin = copy(self)

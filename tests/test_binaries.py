@@ -110,8 +110,8 @@ def test_the_binary_calls_mathematics_text_and_memory_alone_and_has_no_variables
 def test_memory_is_taken_for_instances_and_saved_states_alone():
     sources = {file.name: file.read_text(encoding="utf-8") for file in (files("rov_cosim.exporters") / "c").iterdir()}
     takers = {name for name, text in sources.items() if re.search(r"\b(m|c|re)alloc\b", text)}
-    assert takers == {"fmi2_life.c", "fmi2_state.c"}
-    assert sources["fmi2_life.c"].count("alloc(") == sources["fmi2_state.c"].count("malloc(") == 1
+    assert takers == {"slave.c", "keeping.c"}
+    assert sources["slave.c"].count("alloc(") == sources["keeping.c"].count("malloc(") == 1
 
 
 def test_a_source_that_does_not_compile_ends_the_build_with_the_compilers_words():

@@ -6,14 +6,21 @@ import sys
 import pytest
 
 import faults
+from rov_cosim.exporters.build import FMI3
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="faults.py loads the linux64 binary")
 
 
 def recorded():
     """Return the cells of the page by fault and export."""
-    rows = re.findall(r"^\| (.+?) \| (.*) \| (.*) \| (.*) \|$", faults.PAGE.read_text(encoding="utf-8"), re.M)
-    return {fault: {"native": native, "pythonfmu": python, "system": system} for fault, native, python, system in rows}
+    text = faults.PAGE.read_text(encoding="utf-8")
+    of_all, of_three = re.split("^## .* alone.*$", text, flags=re.M)
+    rows = re.findall(r"^\| (.+?) \| (.*) \| (.*) \| (.*) \| (.*) \|$", of_all, re.M)
+    table = {
+        fault: dict(zip(("native", "pythonfmu", "system", faults.FMI3), cells, strict=True)) for fault, *cells in rows
+    }
+    alone = {fault: {faults.FMI3: answer} for fault, answer in re.findall(r"^\| (.+?) \| (.*) \|$", of_three, re.M)}
+    return {name: cells for name, cells in (table | alone).items() if name != "fault"}
 
 
 def answered(answers):
@@ -67,10 +74,26 @@ def test_a_system_answers_all_as_the_page_tells(systems):
     assert {name: page[name]["system"] for name in answers} == answers
 
 
+@pytest.mark.parametrize("fault", faults.OF_THREE, ids=lambda fault: fault.name)
+def test_fmi_3_answers_what_is_its_own(fmi3_fmus, fault):
+    assert_answered(faults.answer(fmi3_fmus[fault.component], fault), fault.expected)
+
+
+@pytest.mark.slow
+def test_fmi_3_answers_all_as_the_page_tells(native, fmi3_fmus):
+    answers = answered(faults.answers(fmi3_fmus, FMI3))
+    for fault in faults.FAULTS:
+        if not fault.only_two and fault.name in answers:
+            assert_answered(answers[fault.name].replace(r"\*", "*"), faults.expected(fault, FMI3))
+    page, beside = recorded(), faults.beside(answered(native), answers)
+    assert {name: page[name][FMI3] for name in beside} == beside
+
+
 def test_the_page_is_current(native):
     page, answers = recorded(), answered(native)
     assert {name: page[name]["native"] for name in answers} == answers
-    assert set(page) - {"fault"} == set(native)
+    assert {name for name, cells in page.items() if "native" in cells} == set(native)
+    assert set(page) - set(native) == {fault.name for fault in faults.OF_THREE}
 
 
 @pytest.mark.slow

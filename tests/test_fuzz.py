@@ -59,26 +59,30 @@ def leaks(tmp_path_factory) -> str:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("name", COMPONENTS)
-def test_calls_in_any_order_keep_the_instance_whole(name, leaks, tmp_path):
-    for file, content in sources(COMPONENTS[name]).items():
+def test_calls_in_any_order_keep_the_instance_whole(name, fmi, leaks, tmp_path):
+    for file, content in sources(COMPONENTS[name], fmi).items():
         (tmp_path / file).write_bytes(content)
-    keeps_whole(tmp_path, leaks)
+    keeps_whole(tmp_path, leaks, fmi)
 
 
 @pytest.mark.slow
-def test_calls_in_any_order_keep_a_system_whole(fmus, leaks, tmp_path):
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_calls_in_any_order_keep_a_system_whole(fmus, fmi, leaks, tmp_path):
     wiring = wire(SYSTEMS["station_keeping"], fmus)
-    for name, content in face.entries(wiring, {}).items():
+    for name, content in face.entries(wiring, {}, fmi=fmi).items():
         if name.startswith("sources/"):
             path = tmp_path / name.removeprefix("sources/")
             path.parent.mkdir(exist_ok=True)
             path.write_bytes(content)
-    keeps_whole(tmp_path, leaks, "-DSYSTEM", f"-I{tmp_path / 'system'}")
+    keeps_whole(tmp_path, leaks, fmi, "-DSYSTEM", f"-I{tmp_path / 'system'}")
 
 
-def keeps_whole(tmp_path, leaks, *options):
-    shutil.copy(Path(__file__).with_name("fuzz.c"), tmp_path)
+def keeps_whole(tmp_path, leaks, fmi, *options):
+    for file in ("fuzz.c", f"fuzz_fmi{fmi}.h"):
+        shutil.copy(Path(__file__).with_name(file), tmp_path)
+    options = [*options, "-DFMI3"] if fmi == 3 else options
     cases, random = tmp_path / "cases", Random(1)
     cases.mkdir()
     for i in range(FIRST_CASES):  # random mutations alone take long to grow into long sequences

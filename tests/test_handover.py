@@ -17,7 +17,7 @@ from lxml import etree
 
 import typed
 from rov_cosim.components.cases import cases_of
-from rov_cosim.exporters import archive, zig
+from rov_cosim.exporters import archive, native_export, zig
 from rov_cosim.exporters.build import components
 from rov_cosim.handover import kit, verdict
 from rov_cosim.ssp import swap_map
@@ -32,19 +32,25 @@ pytestmark = pytest.mark.usefixtures("references")
 
 
 class Kits(dict[str, Path]):
-    """The kits' folders by component, each written when it is asked for, with binaries for this machine."""
+    """The kits' folders by component, each written when it is asked for, with the binaries that are built."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, built: dict[int, dict[str, Path]]) -> None:
+        self._folder, self._built = folder, built
 
     def __missing__(self, name: str) -> Path:
-        return self.setdefault(name, kit.write(COMPONENTS[name], self._folder, [zig.host_platform()])[0])
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(native_export, "export", self._copy)
+            return self.setdefault(name, kit.write(COMPONENTS[name], self._folder, [zig.host_platform()])[0])
+
+    def _copy(self, component, path, platforms, fmi=2):
+        path.parent.mkdir(exist_ok=True)
+        shutil.copyfile(self._built[fmi][component.name], path)
 
 
 @pytest.fixture(scope="module")
-def kits(tmp_path_factory, references) -> dict[str, Path]:
+def kits(tmp_path_factory, references, fmus, fmi3_fmus) -> dict[str, Path]:
     """Return the kits' folders by component, with binaries for this machine."""
-    return Kits(tmp_path_factory.mktemp("kits"))
+    return Kits(tmp_path_factory.mktemp("kits"), {2: fmus, 3: fmi3_fmus})
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -62,6 +68,8 @@ def test_the_kit_holds_what_its_guide_promises(kits, name):
         for signal in COMPONENTS[name].inputs + COMPONENTS[name].outputs:
             assert signal.key in text
     etree.fromstring((folder / "wiring.svg").read_bytes())
+    fmus = [folder / f"{name}.fmu", folder / "fmi3" / f"{name}.fmu"]
+    assert [read_model_description(str(fmu)).fmiVersion for fmu in fmus] == ["2.0", "3.0"]
     names = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     assert set(archive.read(folder.with_name(f"{folder.name}.zip"))) == {f"{folder.name}/{n}" for n in names}
 
@@ -77,7 +85,7 @@ def test_the_long_steps_of_a_kit_are_told_as_they_come(tmp_path):
 
     kit.write(COMPONENTS["scenario"], tmp_path, [zig.host_platform()], progress)
     runs = [f"reference run {case.name}" for case in cases_of(COMPONENTS["scenario"])]
-    assert told == [f"binary {zig.host_platform()}", *runs]
+    assert told == [f"binary {zig.host_platform()}", f"binary of FMI 3.0 {zig.host_platform(3)}", *runs]
 
 
 @pytest.mark.parametrize("name", NAMES)

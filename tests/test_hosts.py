@@ -3,7 +3,7 @@
 import shutil
 import subprocess
 import sys
-from ctypes import c_double, c_void_p
+from ctypes import byref, c_bool, c_double, c_uint32, c_void_p
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ import pytest
 from fmpy import extract, read_model_description
 
 from raw_fmi import BEGIN, Bench
+from raw_fmi3 import Bench3
 from rig import Rig
 from rov_cosim.components.instance import ComponentError
 from rov_cosim.exporters import zig
@@ -79,6 +80,18 @@ def test_the_vehicle_goes_by_the_steps_of_a_host_in_single_precision(fmus, tmp_p
     exact = run("exact", np.arange(20_000) * 0.03, 0.03)
     single = run("single", added(0.03, 20_000), float(np.float32(0.03)))
     np.testing.assert_allclose(single, exact, rtol=1e-5, atol=1e-6)
+
+
+def test_the_time_that_fmi_3_tells_is_the_hosts(fmi3_fmus, tmp_path):
+    one, last = Bench3(fmi3_fmus["adaptive_pd"], tmp_path), c_double()
+    one.lead(BEGIN)
+    for time in added(0.03, 3000).tolist():
+        one.must("DoStep", time, 0.03, 1, *[byref(c_bool())] * 3, byref(last))
+        assert last.value == pytest.approx(time + 0.03, abs=1e-12)
+    assert abs(time - 2999 * 0.03) > 1e-4  # the host's clock drifts
+    now = (c_double * 1)()
+    one.must("GetFloat64", byref(c_uint32(one.time_reference)), 1, now, 1)
+    assert now[0] == last.value
 
 
 @pytest.mark.slow
@@ -164,19 +177,19 @@ def test_the_clock_of_the_host_is_saved_and_restored(fmus, tmp_path):
     assert rig.instance._samples == 200
 
 
-MOVED = {"rov_plant": ["u[1]", "u[3]", "current.x"], "adaptive_pd": ["eta_m.x", "eta_m.z", "eta_m.psi"]}
+MOVED = {"rov_plant": ["u", "current"], "adaptive_pd": ["eta_m"]}
 
 
 @pytest.fixture(scope="module")
 def host(tmp_path_factory):
-    """Return what compiles the host for a target."""
+    """Return what compiles the host for a target, as one of a version of FMI."""
     folder = tmp_path_factory.mktemp("host")
 
-    def compiled(target):
-        program = folder / target
+    def compiled(target, fmi=2):
+        program = folder / f"{target}-{fmi}"
         if not program.is_file():
-            sources = {"host.c": HOST.read_bytes(), **zig.standard_headers()}
-            program.write_bytes(zig.compiled(sources, target, "host", ["-ldl"]))
+            sources = {"host.c": HOST.read_bytes(), **zig.standard_headers(fmi)}
+            program.write_bytes(zig.compiled(sources, target, "host", ["-ldl", f"-DFMI{fmi}"]))
             program.chmod(0o755)
         return program
 
@@ -187,11 +200,19 @@ def answers(host, fmu, folder, mode, platform="", before=()):
     """Return whether the host's environment was kept, what its calls answered, and the outputs as they were printed."""
     unpacked = Path(extract(fmu, folder))
     description = read_model_description(unpacked)
-    vr = {variable.name: variable.valueReference for variable in description.modelVariables}
-    outputs = [v for v in description.modelVariables if v.causality == "output" and v.type == "Real"]
-    platform = platform or zig.host_platform()
-    library = unpacked / "binaries" / platform / f"{fmu.stem}.so"
-    numbers = [outputs[0].valueReference, len(outputs), vr.get("eta_m_valid", 9999), *(vr[n] for n in MOVED[fmu.stem])]
+    fmi = description.fmiMajorVersion
+    component = COMPONENTS[fmu.stem]
+    variables = {v.name: v.valueReference for v in description.modelVariables}
+    outputs = [s for s in component.outputs if s.type == "Real"]
+    moved = [s for s in component.inputs if s.name in MOVED[fmu.stem]]
+
+    def references(signals):
+        if fmi == 3:
+            return [f"{variables[s.name]}:{s.size}" for s in signals]
+        return [variables[name] for s in signals for name in s.names]
+
+    library = unpacked / "binaries" / (platform or zig.host_platform(fmi)) / f"{fmu.stem}.so"
+    numbers = [variables.get("eta_m_valid", -1), len(references(outputs)), *references(outputs), *references(moved)]
     command = [*before, host, library, description.guid, mode, *numbers]
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{done.returncode} {done.stdout[:300]} {done.stderr}"
@@ -201,13 +222,14 @@ def answers(host, fmu, folder, mode, platform="", before=()):
 
 @pytest.mark.parametrize("name", MOVED)
 @pytest.mark.parametrize("mode", ["trap", "flush", "upward"])
-def test_what_the_host_makes_of_numbers_is_kept_and_changes_nothing(host, fmus, tmp_path, name, mode):
-    program = host(zig.host_target())
-    _, expected, rows = answers(program, fmus[name], tmp_path / "plain", "plain")
+def test_what_the_host_makes_of_numbers_is_kept_and_changes_nothing(host, fmus, fmi3_fmus, tmp_path, name, mode):
+    _, expected, rows = answers(host(zig.host_target()), fmus[name], tmp_path / "plain", "plain")
     assert 3 in expected  # some of the calls fail, as they are meant to
     assert expected[-1] == 0  # and the last step is fine
     assert len(set(rows)) > 100
-    assert answers(program, fmus[name], tmp_path / mode, mode) == ("kept", expected, rows)
+    for fmi, fmu in ((2, fmus[name]), (3, fmi3_fmus[name])):
+        program = host(zig.host_target(), fmi)
+        assert answers(program, fmu, tmp_path / f"{mode}{fmi}", mode) == ("kept", expected, rows)
 
 
 def numbers(rows):
@@ -216,18 +238,18 @@ def numbers(rows):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MOVED)
-@pytest.mark.parametrize("mode", ["plain", "flush", "upward"])
-def test_the_arm_binary_gives_the_same_under_qemu(host, fmus, tmp_path, name, mode):
+@pytest.mark.parametrize(("mode", "fmi"), [("plain", 2), ("flush", 2), ("upward", 2), ("plain", 3), ("upward", 3)])
+def test_the_arm_binary_gives_the_same_under_qemu(host, fmus, tmp_path, name, mode, fmi):
     qemu, root = shutil.which("qemu-aarch64"), Path("/usr/aarch64-linux-gnu")
     if not qemu or not root.is_dir():
         pytest.skip("needs Debian's packages qemu-user and libc6-arm64-cross")
     from rov_cosim.exporters import native_export
 
     fmu = tmp_path / f"{name}.fmu"
-    native_export.export(COMPONENTS[name], fmu, ["aarch64-linux"])
+    native_export.export(COMPONENTS[name], fmu, ["aarch64-linux"], fmi=fmi)
     (target,) = zig.TARGETS["aarch64-linux"]
     _, codes, rows = answers(host(zig.host_target()), fmus[name], tmp_path / "here", "plain")
     before = [qemu, "-L", root]
-    kept, there, found = answers(host(target), fmu, tmp_path / "there", mode, "aarch64-linux", before)
+    kept, there, found = answers(host(target, fmi), fmu, tmp_path / "there", mode, "aarch64-linux", before)
     assert (kept, there) == ("kept", codes)
     np.testing.assert_allclose(numbers(found), numbers(rows), rtol=1e-12, atol=1e-12)

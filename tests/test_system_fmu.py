@@ -373,5 +373,5 @@ def test_there_is_a_binary_for_each_platform_of_all_elements(fmus, tmp_path, lin
     content = archive.read(tmp_path / "one.fmu")
     assert ("resources/a/modelDescription.xml" in content) == (not linked)
     assert {name for name in content if name.startswith("binaries/")} == {
-        f"binaries/{platform}/one{suffix}" for platform, suffix in zig.SUFFIXES.items()
+        f"binaries/{platform}/one{zig.SUFFIXES[platform]}" for platform in zig.TARGETS
     }

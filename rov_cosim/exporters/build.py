@@ -13,6 +13,12 @@ from . import stamp
 from .zig import JOBS, BuildError, host_platform
 
 EXPORTS = ("native", "pythonfmu")
+"""The exports whose FMUs this project's master runs."""
+
+FMI3 = "fmi3"
+"""The native export for FMI 3.0: its FMUs are for other tools."""
+
+_VERSIONS = {"native": 2, FMI3: 3}
 
 
 def components() -> dict[str, Component]:
@@ -41,7 +47,7 @@ def build_fmus(
 
     Parameters
     ----------
-    export : one of `EXPORTS`.
+    export : one of `EXPORTS`, or `FMI3`.
     platforms : those that a native FMU is for; this machine's if left out. A pythonfmu FMU has all that pythonfmu has.
     names : the components; all if left out.
     progress : is told in a line what begins, before all that takes long.
@@ -51,7 +57,7 @@ def build_fmus(
     BuildError : a package is not installed, or a component does not compile.
     OSError : an FMU cannot be written.
     """
-    needed = (set(platforms) or {host_platform()}) if export == "native" else set()
+    needed = (set(platforms) or {host_platform(_VERSIONS[export])}) if export in _VERSIONS else set()
     known = components()
     made_of = stamp.inputs(known if names is None else names)
 
@@ -90,7 +96,7 @@ def _export(
     try:
         from . import native_export
 
-        return native_export.export(component, path, platforms, progress)
+        return native_export.export(component, path, platforms, progress, _VERSIONS[export])
     except ModuleNotFoundError as error:
         raise BuildError(
             f"The native export needs {error.name}: pip install 'rov-cosim[native]', or take --export pythonfmu."

@@ -87,6 +87,19 @@ const char *const log_categories[] = {{
 """
 
 
+def arrays(title: str, sizes: Iterable[tuple[str, int]]) -> str:
+    """Return arrays.c: the arrays of FMI 3.0 by name and size, each where its first element is among the variables."""
+    rows = [f"{{{text(name)}, {size}}}" if i == 0 else "{0, 0}" for name, size in sizes for i in range(size)]
+    return f"""\
+/* The arrays of {title}. */
+#include "fmi3_arrays.h"
+
+const Array arrays[N_VARIABLES] = {{
+{lines(rows)}
+}};
+"""
+
+
 def _variables(component: Component) -> Iterable[str]:
     for signals, is_parameter in ((component.inputs + component.outputs, False), (component.parameters, True)):
         for signal in signals:

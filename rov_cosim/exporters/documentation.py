@@ -1,7 +1,7 @@
 """The pages inside an FMU: documentation/index.html from the component's page and interface, icon and licences."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from importlib.metadata import distribution
 from importlib.resources import files
@@ -22,9 +22,22 @@ _HEADING = re.compile("<h2>(.*?)</h2>")
 _RELATIVE_LINK = re.compile(r"\[([^]]+)]\((?!\w+:)[^)]*\)")
 
 
-def entries(component: Component, packages: Iterable[str]) -> dict[str, bytes]:
-    """Return documentation and icon of a component's FMU, and the licences of the packages in it, by name."""
-    return around(page(component), component.symbol, packages)
+def names(signal: Signal) -> str:
+    """Return the names of a signal's elements in short, for example ``u[1..8]``."""
+    return (signal.pattern or signal.key).format(*_labels(signal))
+
+
+def array(signal: Signal) -> str:
+    """Return the name of a signal as an array and its elements in short, for example ``u (1..8)``."""
+    return f"{signal.name} ({' by '.join(_labels(signal))})" if signal.axes else signal.name
+
+
+def entries(component: Component, packages: Iterable[str], named: Callable[[Signal], str] = names) -> dict[str, bytes]:
+    """Return documentation and icon of a component's FMU, and the licences of the packages in it, by name.
+
+    `named` returns what the FMU calls a signal.
+    """
+    return around(page(component, named), component.symbol, packages)
 
 
 def around(page: str, symbol: str, packages: Iterable[str]) -> dict[str, bytes]:
@@ -37,10 +50,10 @@ def around(page: str, symbol: str, packages: Iterable[str]) -> dict[str, bytes]:
     return content
 
 
-def page(component: Component) -> str:
+def page(component: Component, named: Callable[[Signal], str] = names) -> str:
     """Return the HTML page: the component's README with its maths, then the tables of its interface."""
     groups = [("Inputs", component.inputs), ("Outputs", component.outputs), ("Parameters", component.parameters)]
-    tables = "".join(f"<h2>{title}</h2>\n{_table(title, signals)}" for title, signals in groups)
+    tables = "".join(f"<h2>{title}</h2>\n{_table(title, signals, named)}" for title, signals in groups)
     return html(component.title, readme(component), tables)
 
 
@@ -98,7 +111,7 @@ def _markdown() -> MarkdownIt:
     return MarkdownIt().enable("table").use(dollarmath_plugin, renderer=mathml)
 
 
-def _table(title: str, signals: tuple[Signal, ...]) -> str:
+def _table(title: str, signals: tuple[Signal, ...], named: Callable[[Signal], str]) -> str:
     columns = ["Name", "Unit", "Range", "Description"]
     if title != "Outputs":
         columns.insert(2, "Start")
@@ -107,7 +120,7 @@ def _table(title: str, signals: tuple[Signal, ...]) -> str:
     rows = []
     for signal in signals:
         cells = {
-            "Name": f"<code>{escape(names(signal))}</code>",
+            "Name": f"<code>{escape(named(signal))}</code>",
             "Unit": escape(", ".join(dict.fromkeys(signal.units))),
             "Start": _start(signal),
             "Range": "" if signal.type == "Boolean" else _range(signal),
@@ -118,10 +131,9 @@ def _table(title: str, signals: tuple[Signal, ...]) -> str:
     return table(columns, rows)
 
 
-def names(signal: Signal) -> str:
-    """Return the names of a signal's elements in short, for example ``u[1..8]``."""
-    labels = [f"1..{len(axis)}" if axis[0] == "1" else "/".join(axis) for axis in signal.axes]
-    return (signal.pattern or signal.key).format(*labels)
+def _labels(signal: Signal) -> list[str]:
+    """Return the labels along each axis in short."""
+    return [f"1..{len(axis)}" if axis[0] == "1" else "/".join(axis) for axis in signal.axes]
 
 
 def _start(signal: Signal) -> str:

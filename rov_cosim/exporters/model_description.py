@@ -1,9 +1,10 @@
 """The FMI 2.0 model description of a component, from its declared interface."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from hashlib import sha256
 from importlib.metadata import version
 from io import BytesIO
+from typing import Any
 from uuid import UUID
 
 import numpy as np
@@ -99,37 +100,47 @@ def describe(component: Component, **capabilities: bool) -> ModelDescription:
             )
     description = ModelDescription(
         fmiVersion="2.0",
-        modelName=component.name,
-        description=component.description,
-        author="the rov-cosim authors",
-        version=version("rov-cosim"),
-        license="MIT",
-        copyright="Copyright (c) 2026 the rov-cosim authors",
-        generationTool=GENERATION_TOOL,
-        generationDateAndTime=GENERATED,
-        variableNamingConvention="structured",
-        logCategories=[Category(name, text) for name, text in LOG_CATEGORIES.items()],
-        defaultExperiment=DefaultExperiment(startTime=0.0, stopTime=STOP_TIME, stepSize=SAMPLE_TIME),
-        coSimulation=CoSimulation(
+        modelVariables=variables,
+        outputs=outputs,
+        initialUnknowns=initial_unknowns,
+        **about(component, canNotUseMemoryManagementFunctions=True, **capabilities),
+    )
+    return identified(description, to_xml)
+
+
+def about(component: Component, **capabilities: bool) -> dict[str, Any]:
+    """Return what every version of FMI tells of a component beside its variables, as arguments of ModelDescription.
+
+    capabilities are flags of FMPy's CoSimulation beyond the ones that all have.
+    """
+    declared = component.inputs + component.outputs + component.parameters
+    return {
+        "modelName": component.name,
+        "description": component.description,
+        "author": "the rov-cosim authors",
+        "version": version("rov-cosim"),
+        "license": "MIT",
+        "copyright": "Copyright (c) 2026 the rov-cosim authors",
+        "generationTool": GENERATION_TOOL,
+        "generationDateAndTime": GENERATED,
+        "variableNamingConvention": "structured",
+        "logCategories": [Category(name, text) for name, text in LOG_CATEGORIES.items()],
+        "defaultExperiment": DefaultExperiment(startTime=0.0, stopTime=STOP_TIME, stepSize=SAMPLE_TIME),
+        "coSimulation": CoSimulation(
             modelIdentifier=component.name,
             canHandleVariableCommunicationStepSize=True,
             canGetAndSetFMUstate=True,
             canSerializeFMUstate=True,
-            canNotUseMemoryManagementFunctions=True,
             **capabilities,
         ),
-        unitDefinitions=[UNITS[name] for name in dict.fromkeys(v.unit for v in variables) if name],
-        modelVariables=variables,
-        outputs=outputs,
-        initialUnknowns=initial_unknowns,
-    )
-    return identified(description)
+        "unitDefinitions": [UNITS[name] for name in dict.fromkeys(u for s in declared for u in s.units) if name],
+    }
 
 
-def identified(description: ModelDescription) -> ModelDescription:
-    """Return the description with a GUID that is a hash of all the rest."""
+def identified(description: ModelDescription, write: Callable[[ModelDescription], bytes]) -> ModelDescription:
+    """Return the description with a GUID that is a hash of all the rest, as `write` writes it."""
     description.guid = ""
-    description.guid = f"{{{UUID(bytes=sha256(to_xml(description)).digest()[:16])}}}"
+    description.guid = f"{{{UUID(bytes=sha256(write(description)).digest()[:16])}}}"
     return description
 
 
@@ -157,10 +168,6 @@ def literal(value: float | str, type: str) -> str:
 
 def _scalars(signal: Signal, causality: str, first: int, sampled: bool) -> list[ModelVariable]:
     """Return one variable for each element of a signal, with value references counting from `first`."""
-    discrete = signal.type != "Real" or (sampled and causality == "output")
-    variability = "discrete" if discrete else "continuous"
-    if causality == "parameter":
-        variability = "tunable" if signal.tunable else "fixed"
     variables = []
     elements = zip(
         signal.names,
@@ -178,18 +185,31 @@ def _scalars(signal: Signal, causality: str, first: int, sampled: bool) -> list[
                 valueReference=first + i,
                 type=signal.type,
                 description=signal.description + (f" ({_label(signal, i)})" if signal.axes else ""),
-                causality=causality,
-                variability=variability,
-                initial={"parameter": "exact", "output": "calculated"}.get(causality),
+                **kind(signal, causality, sampled),
                 canHandleMultipleSetPerTimeInstant=False,
                 unit=unit or None,
-                displayUnit=UNITS[unit].displayUnits[0].name if unit and UNITS[unit].displayUnits else None,
+                displayUnit=display_unit(unit),
                 min=literal(low, signal.type) if limits and np.isfinite(low) else None,
                 max=literal(high, signal.type) if limits and np.isfinite(high) else None,
                 start=None if causality == "output" else literal(start, signal.type),
             )
         )
     return variables
+
+
+def kind(signal: Signal, causality: str, sampled: bool) -> dict[str, str | None]:
+    """Return causality, variability and initial of the variables of a signal, of a sampled component or another."""
+    discrete = signal.type != "Real" or (sampled and causality == "output")
+    variability = "discrete" if discrete else "continuous"
+    if causality == "parameter":
+        variability = "tunable" if signal.tunable else "fixed"
+    initial = {"parameter": "exact", "output": "calculated"}.get(causality)
+    return {"causality": causality, "variability": variability, "initial": initial}
+
+
+def display_unit(unit: str) -> str | None:
+    """Return the name of the unit in which a unit of `UNITS` is shown, if that is another."""
+    return UNITS[unit].displayUnits[0].name if unit and UNITS[unit].displayUnits else None
 
 
 def _label(signal: Signal, i: int) -> str:

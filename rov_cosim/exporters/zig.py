@@ -19,7 +19,10 @@ import fmpy
 
 from ..errors import UserError
 
-_STANDARD_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
+_STANDARD_HEADERS = {
+    2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+    3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
+}
 
 TARGETS = {
     "linux64": ("x86_64-linux-gnu.2.17",),
@@ -33,13 +36,22 @@ TARGETS = {
 Several targets go into one universal binary.
 """
 
-SUFFIXES = {
-    "linux64": ".so",
-    "win64": ".dll",
-    "darwin64": ".dylib",
-    "aarch64-linux": ".so",
-    "aarch64-windows": ".dll",
+TUPLES = {
+    "x86_64-linux": ("x86_64-linux-gnu.2.17",),
+    "aarch64-linux": ("aarch64-linux-gnu.2.17",),
+    "x86_64-windows": ("x86_64-windows-gnu",),
+    "aarch64-windows": ("aarch64-windows-gnu",),
+    "x86_64-darwin": ("x86_64-macos.11.0",),
+    "aarch64-darwin": ("aarch64-macos.11.0",),
 }
+"""What each platform of FMI 3.0 is compiled for."""
+
+PLATFORMS: Mapping[int, Mapping[str, tuple[str, ...]]] = {2: TARGETS, 3: TUPLES}
+"""The platforms of each version of FMI."""
+
+SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}
+SUFFIXES |= {"x86_64-linux": ".so", "x86_64-windows": ".dll", "x86_64-darwin": ".dylib"}
+SUFFIXES |= {"aarch64-linux": ".so", "aarch64-windows": ".dll", "aarch64-darwin": ".dylib"}
 _MACOS = {"darwin": "macos"}
 
 # Without contraction a product and a sum round twice on every machine, as they do in NumPy.
@@ -78,10 +90,10 @@ def is_installed() -> bool:
     return find_spec("ziglang") is not None
 
 
-def recipe() -> str:
-    """Return how binaries are made: the compiler's version and its command lines."""
+def recipe(fmi: int = 2) -> str:
+    """Return how the binaries for a version of FMI are made: the compiler's version and its command lines."""
     lines = [f"ziglang {version('ziglang')}"]
-    for platform, targets in TARGETS.items():
+    for platform, targets in PLATFORMS[fmi].items():
         for target in targets:
             lines.append(f"{platform}: {' '.join(arguments(target, f'NAME{SUFFIXES[platform]}', SHARED, ['*.c']))}")
     return "\n".join([*lines, ""])
@@ -93,7 +105,7 @@ def shared_library(
     platform: str,
     objects: Callable[[str], Mapping[str, bytes]] = lambda target: {},
 ) -> bytes:
-    """Return the shared library `name` of C sources and headers, by file name, for a platform of `TARGETS`.
+    """Return the shared library `name` of C sources and headers, by file name, for a platform of any version of FMI.
 
     `objects` returns what else goes into it, compiled for a target.
 
@@ -101,8 +113,8 @@ def shared_library(
     ------
     BuildError : the compiler refuses the source, with its words, or does not end.
     """
-    output = name + SUFFIXES[platform]
-    slices = {target: compiled({**sources, **objects(target)}, target, output, SHARED) for target in TARGETS[platform]}
+    output, targets = name + SUFFIXES[platform], {**TARGETS, **TUPLES}[platform]
+    slices = {target: compiled({**sources, **objects(target)}, target, output, SHARED) for target in targets}
     return next(iter(slices.values())) if len(slices) == 1 else _universal(slices)
 
 
@@ -121,9 +133,15 @@ def host_target() -> str:
     raise BuildError(f"There are no FMUs for {fmpy.platform_tuple}; expected one of {known}.")
 
 
-def host_platform() -> str:
-    """Return the platform of FMI that this machine is, a key of `TARGETS`; BuildError if it is none."""
-    return next(platform for platform, targets in TARGETS.items() if host_target() in targets)
+def host_platform(fmi: int = 2) -> str:
+    """Return the platform that this machine is in a version of FMI, a key of its `PLATFORMS`; BuildError if none."""
+    return next(platform for platform, targets in PLATFORMS[fmi].items() if host_target() in targets)
+
+
+def platforms_of(fmi: int, platforms: Iterable[str]) -> list[str]:
+    """Return the platforms of a version of FMI that have no other targets than some platforms of 2.0 have."""
+    targets = {target for platform in platforms for target in TARGETS[platform]}
+    return [platform for platform, own in PLATFORMS[fmi].items() if targets.issuperset(own)]
 
 
 def host_folders() -> list[str]:
@@ -134,9 +152,9 @@ def host_folders() -> list[str]:
     return [folder for folder in (fmpy.platform_tuple, fmpy.platform) if folder in (*TARGETS, fmpy.platform)]
 
 
-def standard_headers() -> dict[str, bytes]:
-    """Return the headers of FMI 2.0 by file name."""
-    return {name: (files("fmpy") / "c-code" / name).read_bytes() for name in _STANDARD_HEADERS}
+def standard_headers(fmi: int = 2) -> dict[str, bytes]:
+    """Return the headers of a version of FMI by file name."""
+    return {name: (files("fmpy") / "c-code" / name).read_bytes() for name in _STANDARD_HEADERS[fmi]}
 
 
 def compiled(sources: Mapping[str, bytes], target: str, output: str, options: Iterable[str] = ()) -> bytes:

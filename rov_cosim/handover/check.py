@@ -12,7 +12,7 @@ from ..exporters.model_description import literal
 from ..master.apart import simulate_apart
 from ..master.simulation import SimulationError, simulate
 from ..ssp.places import Place
-from ..ssp.values import parse
+from ..ssp.values import Value, parse
 from ..ssp.wiring import Element, End, Wiring, WiringError
 from ..study.settings import Settings
 from .reference import TOLERANCE, Reference
@@ -60,16 +60,9 @@ def replay(element: Element, reference: Reference, places: Mapping[str, Place]) 
     ------
     RunError : it has not a parameter of the run, cannot be loaded, or fails; the message has what it logged.
     """
-    component, case, variables = reference.component, reference.case, element.variables
-    if lacking := [name for name in case.parameters if name not in places]:
-        raise RunError(case.name, f"the FMU has no variable {lacking[0]}, which this run sets.")
-    start_values = {}
-    for name, value in case.parameters.items():
-        variable, factor = variables[places[name].variable], places[name].factor
-        start_values[variable.name] = parse(literal(factor * value, variable.type), variable.type)
-    wiring = Wiring(
-        case.name, (replace(element, start_values=start_values),), (), case.steps * SAMPLE_TIME, SAMPLE_TIME
-    )
+    component, case = reference.component, reference.case
+    begun = replace(element, start_values=start_values(element, reference, places))
+    wiring = Wiring(case.name, (begun,), (), case.steps * SAMPLE_TIME, SAMPLE_TIME)
     fed = [name for name in component.u.names if name in places]
     ends = {name: str(End(element.name, place.variable)) for name, place in places.items()}
     table = np.empty(len(reference.inputs), [("time", float), *((ends[name], float) for name in fed)])
@@ -82,6 +75,18 @@ def replay(element: Element, reference: Reference, places: Mapping[str, Place]) 
     except (SimulationError, WiringError) as error:
         raise RunError(case.name, str(error)) from error
     return {name: results[ends[name]] / places[name].factor for name in component.y.names if name in places}
+
+
+def start_values(element: Element, reference: Reference, places: Mapping[str, Place]) -> dict[str, Value]:
+    """Return the parameters that a reference run sets, by the FMU's names; RunError if it has not one of them."""
+    case, variables = reference.case, element.variables
+    if lacking := [name for name in case.parameters if name not in places]:
+        raise RunError(case.name, f"the FMU has no variable {lacking[0]}, which this run sets.")
+    values = {}
+    for name, value in case.parameters.items():
+        variable, factor = variables[places[name].variable], places[name].factor
+        values[variable.name] = parse(literal(factor * value, variable.type), variable.type)
+    return values
 
 
 def departures(outputs: Signals, reference: Reference) -> dict[str, Departure]:

@@ -16,7 +16,8 @@ from ..ssp.places import Place, Places
 from ..ssp.swap_map import SwapMap
 from ..ssp.wiring import Element, suggestion
 from ..systems.loop import element_of
-from .check import CheckError
+from . import of_fmi3
+from .check import CheckError, Signals, replay
 from .reference import Reference
 
 MOST_PROBLEMS = 8
@@ -43,6 +44,12 @@ class Imported:
     places: Mapping[str, Place]
     is_mapped: bool
     notes: tuple[str, ...]
+
+    def replay(self, run: Reference) -> Signals:
+        """Return the outputs of the FMU over a reference run, by our names; errors as in `check.replay`."""
+        if self.element.description.fmiMajorVersion == 3:
+            return of_fmi3.replay(self.folder, self.element, run, self.places)
+        return replay(self.element, run, self.places)
 
     def lacking(self, run: Reference) -> list[str]:
         """Return what a reference run does that the FMU has no place for, so that it could not follow.
@@ -76,11 +83,13 @@ def opened(fmu: Path, folder: Path, name: str | None = None, map_: Path | None =
     maps = swap_map.read(map_) if map_ else {}
     told: list[str] = []
     try:
-        description = described(fmu, warn=told.append)
+        description = described(fmu, warn=told.append, versions=(2, 3))
     except FmuError as error:
         raise CheckError(str(error)) from None
     unpack(Element(description.modelName, fmu, description), folder)
     component = _component(description.modelName, name, maps)
+    if description.fmiMajorVersion == 3:
+        description = of_fmi3.scalars(description, component)
     section = _section(component, maps, map_) if map_ else component.name
     their, our = Element(section, fmu, description), Element(section, fmu, describe(component))
     chosen = maps.get(section, SwapMap())

@@ -12,6 +12,7 @@ from fmpy import read_model_description
 from ..components.cases import cases_of
 from ..components.interface import Component
 from ..exporters import archive, documentation, native_export, zig
+from ..exporters.build import FMI3
 from ..ssp.wiring import Element
 from ..ssp.writer import parameter_set
 from ..systems import fleet
@@ -31,6 +32,8 @@ def write(
 ) -> tuple[Path, Path]:
     """Write the kit of a component below a folder; return the kit's folder and its zip.
 
+    `platforms` are some of `zig.TARGETS`; the FMU of FMI 3.0 is for the same.
+
     Raises
     ------
     BuildError : the FMU cannot be built.
@@ -39,10 +42,12 @@ def write(
     kit, progress = folder / called(component), progress or _silent
     kit.mkdir(parents=True, exist_ok=True)  # before the work, which takes long
     with tempfile.TemporaryDirectory() as temporary:
-        fmu = Path(temporary) / f"{component.name}.fmu"
+        fmus = {fmi: Path(temporary) / str(fmi) / f"{component.name}.fmu" for fmi in (2, 3)}
         for platform in progress(platforms, "binary"):
-            native_export.export(component, fmu, [platform])  # those of before stay in
-        content = entries(component, fmu, platforms, progress)
+            native_export.export(component, fmus[2], [platform])  # those of before stay in
+        for platform in progress(zig.platforms_of(3, platforms), "binary of FMI 3.0"):
+            native_export.export(component, fmus[3], [platform], fmi=3)
+        content = entries(component, fmus, platforms, progress)
     for name, data in content.items():
         path = kit / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -62,10 +67,13 @@ def zipped_entries(component: Component, content: Mapping[str, bytes]) -> dict[s
     return {f"{called(component)}/{name}": data for name, data in content.items()}
 
 
-def entries(component: Component, fmu: Path, platforms: Collection[str], progress: Progress) -> dict[str, bytes]:
-    """Return the content of the kit, name to bytes, with an FMU that is for some platforms."""
+def entries(
+    component: Component, fmus: Mapping[int, Path], platforms: Collection[str], progress: Progress
+) -> dict[str, bytes]:
+    """Return the content of the kit, name to bytes, with its FMUs by version of FMI, which are for some platforms."""
     cases = cases_of(component)
-    content = {f"{component.name}.fmu": fmu.read_bytes(), **beside(component, fmu)}
+    places = {2: f"{component.name}.fmu", 3: f"{FMI3}/{component.name}.fmu"}
+    content = {places[fmi]: fmu.read_bytes() for fmi, fmu in fmus.items()} | beside(component, fmus[2])
     by_name = {case.name: case for case in cases}
     with tempfile.TemporaryDirectory() as temporary:
         for case in map(by_name.__getitem__, progress(by_name, "reference run")):

@@ -9,7 +9,7 @@ from ..components.cases import cases_of
 from ..ssp.swap_map import folded
 from ..ssp.values import parse
 from . import reference
-from .check import CheckError, Departure, RunError, departures, replay
+from .check import CheckError, Departure, RunError, departures
 from .imported import Imported, opened
 
 
@@ -39,7 +39,7 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
                 left_out.append(f"left out: {case.name}, for which the FMU has no place for {what}.")
                 continue
             try:
-                first = departures(replay(imported.element, run, imported.places), run) | first
+                first = departures(imported.replay(run), run) | first
             except RunError as error:  # the other runs have their say all the same
                 others.append(f"The run {error}")
                 failed.append(error.reason)

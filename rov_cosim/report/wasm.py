@@ -1,6 +1,6 @@
 """A whole system as a module of WebAssembly: the C of its FMU, behind a few functions for a page."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from hashlib import sha256
 from importlib.resources import files
@@ -51,7 +51,7 @@ def modules(
         return list(pool.map(linked, made_of))
 
 
-def sources(wiring: Wiring, layout: Layout) -> tuple[dict[str, bytes], dict[str, Mapping[str, bytes]]]:
+def sources(wiring: Wiring, layout: Layout) -> tuple[dict[str, bytes], face.Units]:
     """Return all C of a module as `face.sources` does; UserError if an element is no native FMU of this project."""
     units = linking.units(wiring.elements)
     if units is None:

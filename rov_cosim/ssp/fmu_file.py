@@ -1,6 +1,6 @@
 """An FMU file from anywhere: what it says of itself, if it is one that this project runs."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -17,7 +17,6 @@ from . import zipped
 DESCRIPTION = "modelDescription.xml"
 MOST_NAMED = 2
 """Formal faults of an FMU that a warning shows; it counts the rest."""
-_OTHER = "is not an FMU for co-simulation with FMI 2.0"
 _PYTHONFMU = "resources/slavemodule.txt"
 
 
@@ -25,22 +24,27 @@ class FmuError(UserError):
     """A file that cannot be used as an FMU; the message says why."""
 
 
-def described(fmu: Path, name: str = "", warn: Callable[[str], None] = lambda message: None) -> ModelDescription:
+def described(
+    fmu: Path,
+    name: str = "",
+    warn: Callable[[str], None] = lambda message: None,
+    versions: Collection[int] = (2,),
+) -> ModelDescription:
     """Return the description of an FMU, an archive; `name` is what a message calls it, its path if left out.
 
     What is formally wrong with it, but does not keep FMPy from running it, is told to `warn` in a line.
 
     Raises
     ------
-    FmuError : it is not a readable FMU for co-simulation with FMI 2.0, has no binary for this machine, or needs the
-        tool that made it.
+    FmuError : it is not a readable FMU for co-simulation with one of the major versions of FMI, has no binary for this
+        machine, or needs the tool that made it.
     """
     name = name or str(fmu)
     if fmu.is_dir():
         raise FmuError(f"{name} is a folder; expected an FMU, which is a zip archive of such a folder.")
     try:
         with zipped.opened(fmu) as archive:
-            if problem := _problem(archive):
+            if problem := _problem(archive, versions):
                 raise FmuError(f"{name} {problem}")
             description, faults = _read(fmu)
             if problem := _unfit(description, archive):
@@ -63,8 +67,8 @@ def described(fmu: Path, name: str = "", warn: Callable[[str], None] = lambda me
     return description
 
 
-def _problem(archive: ZipFile) -> str:
-    """Return what keeps an archive from being an FMU with FMI 2.0, or nothing."""
+def _problem(archive: ZipFile, versions: Collection[int]) -> str:
+    """Return what keeps an archive from being an FMU with one of some versions of FMI, or nothing."""
     names = [str(zipped.place(info)) for info in archive.infolist()]
     if DESCRIPTION not in names:
         inside = [n for n in names if n.endswith(f"/{DESCRIPTION}") and not n.startswith("__MACOSX/")]
@@ -83,7 +87,12 @@ def _problem(archive: ZipFile) -> str:
     version = root.get("fmiVersion")
     if root.tag != "fmiModelDescription" or version is None:
         return f"is no FMU: its {DESCRIPTION} holds {_line(str(root.tag))}, not fmiModelDescription with an fmiVersion."
-    return "" if version == "2.0" else f"{_OTHER}: it is of FMI {version}."
+    fits = {2: version == "2.0", 3: version.startswith("3.0")}  # of the latter there are versions of three numbers
+    return "" if any(fits[major] for major in versions) else f"{_other(versions)}: it is of FMI {version}."
+
+
+def _other(versions: Iterable[int]) -> str:
+    return f"is not an FMU for co-simulation with FMI {' or '.join(f'{major}.0' for major in versions)}"
 
 
 def _read(fmu: Path) -> tuple[ModelDescription, list[str]]:
@@ -109,13 +118,13 @@ def _unfit(description: ModelDescription, archive: ZipFile) -> str:
     """Return what keeps an FMU from being run here, or nothing."""
     simulation = description.coSimulation
     if simulation is None:
-        return f"{_OTHER}: it is for model exchange alone."
+        return f"{_other([description.fmiMajorVersion])}: it is for model exchange alone."
     names = {str(zipped.place(info)) for info in archive.infolist()}
     if simulation.needsExecutionTool and _PYTHONFMU not in names:  # pythonfmu says so of Python, which is here
         tool = description.generationTool or "whichever that is"
         return f"needs the tool that made it in each run ({tool}; needsExecutionTool): export it anew without that."
     library = f"{simulation.modelIdentifier}{fmpy.sharedLibraryExtension}"
-    here = zig.host_folders()
+    here = zig.host_folders() if description.fmiMajorVersion == 2 else [fmpy.platform_tuple]
     if any(f"binaries/{folder}/{library}" in names for folder in here):
         return ""
     there = sorted({n.split("/")[1] for n in names if n.startswith("binaries/") and n.count("/") > 1})

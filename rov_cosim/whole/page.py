@@ -3,9 +3,11 @@
 from collections.abc import Iterable
 from html import escape
 
+from fmpy.model_description import ModelVariable
+
 from ..exporters import documentation
 from ..ssp.wiring import Link
-from .layout import COUPLING, Layout, Shown
+from .layout import COUPLING, Layout
 
 _TEXT = """\
 # {name}
@@ -25,7 +27,7 @@ This FMU is a whole system: its elements and the master that steps them are insi
 ## Steps
 
 The inner step is {step} s. A communication step has to be a multiple of it, within a millionth; another is refused with
-fmi2Error and changes nothing. Unconnected inputs are read at the begin of a communication step.
+an error and changes nothing. Unconnected inputs are read at the begin of a communication step.
 
 The parameter `{coupling}` selects how values are handed on within an inner step. 0, Jacobi: all outputs are handed on,
 then all elements step, so that a connection delays by a step. 1, Gauss-Seidel: the elements step in turn, in the order
@@ -34,12 +36,12 @@ above, each with the results of those before it.
 Before the run the initial outputs are handed on until they no longer change.
 
 A message in the log has the name of its element before it. If an element refuses an inner step, others may have taken
-it: the system has failed, and goes on after fmi2Reset{saved} alone.
+it: the system has failed, and goes on after a reset{saved} alone.
 """
 
 
-def page(layout: Layout, linked: bool) -> str:
-    """Return the HTML page; `linked` tells whether the elements are in the binary, so that the state can be saved."""
+def page(layout: Layout, variables: Iterable[ModelVariable], linked: bool) -> str:
+    """Return the HTML page of variables; `linked` tells whether elements are in the binary: the state can be saved."""
     wiring = layout.wiring
     elements = [
         f"| `{e.name}` | {e.description.modelName} | {_cell(e.description.description or '')} |"
@@ -52,20 +54,23 @@ def page(layout: Layout, linked: bool) -> str:
         links="\n".join(map(_link, wiring.links)) or "| none | |",
         step=f"{wiring.step_size:.9g}",
         coupling=COUPLING,
-        saved=" or fmi2SetFMUstate" if linked else "",
+        saved=", or with a state restored," if linked else "",
     )
-    groups = (("Inputs", layout.inputs), ("Outputs", layout.outputs), ("Parameters", layout.parameters))
-    return documentation.html(wiring.name, markdown, "".join(_table(title, shown) for title, shown in groups))
+    by_causality: dict[str, list[ModelVariable]] = {"input": [], "output": [], "parameter": []}
+    for variable in variables:
+        by_causality[variable.causality].append(variable)
+    tables = "".join(_table(f"{causality.capitalize()}s", those) for causality, those in by_causality.items())
+    return documentation.html(wiring.name, markdown, tables)
 
 
 def _link(link: Link) -> str:
     return f"| `{link.source}` to `{link.target}` | {'' if link.factor == 1 else f'{link.factor:.9g}'} |"
 
 
-def _table(title: str, shown: Iterable[Shown]) -> str:
+def _table(title: str, variables: Iterable[ModelVariable]) -> str:
     columns = ["Name", "Unit", "Start", "Range", "During a run", "Description"]
     rows = []
-    for variable in (one.variable for one in shown):
+    for variable in variables:
         limits = [limit for limit in (variable.min, variable.max) if limit is not None]
         cells = [
             f"<code>{escape(variable.name)}</code>",

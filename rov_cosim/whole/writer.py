@@ -11,20 +11,21 @@ from .layout import LayoutError
 _CODE = [Path(__file__).parent.with_name(name) for name in ("master", "ssp", "whole")]
 
 
-def write_fmu(wiring: Wiring, path: Path, progress: Callable[[str], object] = lambda line: None) -> bool:
-    """Write the FMU of a system unless it is current; tell whether it was written.
+def write_fmu(wiring: Wiring, path: Path, progress: Callable[[str], object] = lambda line: None, fmi: int = 2) -> bool:
+    """Write the FMU of a system, of FMI 2 or 3, unless it is current; tell whether it was written.
 
     Raises
     ------
+    FaceError : as in `face.entries`.
     BuildError : it cannot be compiled.
     OSError : it cannot be written.
     """
     from . import face  # loads what builds, which takes longer than most runs
 
     made_of = stamp.of(writer.entries(wiring), _CODE)
-    if stamp.holds(path, made_of, face.platforms(wiring)):
+    if stamp.holds(path, made_of, face.platforms(wiring, fmi)):
         return False
-    written = archive.write(path, face.entries(wiring, archive.present(path), progress))
+    written = archive.write(path, face.entries(wiring, archive.present(path), progress, fmi))
     stamp.put(path, made_of, _CODE)
     return written
 

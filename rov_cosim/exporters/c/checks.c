@@ -70,6 +70,11 @@ double own_time(const Instance *instance, double time) {
     return fabs(time - (now->time + now->skew)) <= rounding(now) ? time - now->skew : now->time;
 }
 
+int host_time(const Instance *instance, double *time) {
+    *time = instance->now.time + instance->now.skew;
+    return 1;
+}
+
 int is_step(Instance *instance, double time, double step) {
     const State *now = &instance->now;
     double expected = now->time + now->skew, tolerance = fmax(rounding(now), leeway(expected, step));

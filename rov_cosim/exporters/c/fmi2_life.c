@@ -1,13 +1,42 @@
 /* FMI 2.0: the life of an instance, its log and its steps. */
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
+#include "fmi2Functions.h"
 #include "slave.h"
 
-static void warn(void *slave, const char *message) {
-    (void)message; /* it is the instance's */
-    report(slave, fmi2Warning);
+/* More than the standard asks for: values can be read at any time. */
+const Rule calls[] = {
+    [SET_DEBUG_LOGGING] = {"fmi2SetDebugLogging",          ANY},
+    [SETUP_EXPERIMENT]  = {"fmi2SetupExperiment",          I},
+    [ENTER]             = {"fmi2EnterInitializationMode",  I},
+    [EXIT]              = {"fmi2ExitInitializationMode",   M},
+    [TERMINATE]         = {"fmi2Terminate",                R | T},
+    [RESET]             = {"fmi2Reset",                    ANY},
+    [GET_REAL]          = {"fmi2GetReal",                  ANY},
+    [GET_INTEGER]       = {"fmi2GetInteger",               ANY},
+    [GET_BOOLEAN]       = {"fmi2GetBoolean",               ANY},
+    [GET_STRING]        = {"fmi2GetString",                ANY},
+    [SET_REAL]          = {"fmi2SetReal",                  I | M | R},
+    [SET_INTEGER]       = {"fmi2SetInteger",               I | M | R},
+    [SET_BOOLEAN]       = {"fmi2SetBoolean",               I | M | R},
+    [SET_STRING]        = {"fmi2SetString",                I | M | R},
+    [GET_STATE]         = {"fmi2GetFMUstate",              ANY},
+    [SET_STATE]         = {"fmi2SetFMUstate",              ANY},
+    [FREE_STATE]        = {"fmi2FreeFMUstate",             ANY},
+    [STATE_SIZE]        = {"fmi2SerializedFMUstateSize",   ANY},
+    [SERIALIZE]         = {"fmi2SerializeFMUstate",        ANY},
+    [DESERIALIZE]       = {"fmi2DeSerializeFMUstate",      ANY},
+    [DERIVATIVE]        = {"fmi2GetDirectionalDerivative", M | R},
+    [SET_RATES]         = {"fmi2SetRealInputDerivatives",  M | R},
+    [GET_RATES]         = {"fmi2GetRealOutputDerivatives", M | R},
+    [DO_STEP]           = {"fmi2DoStep",                   R},
+    [CANCEL_STEP]       = {"fmi2CancelStep",               R},
+    [GET_STATUS]        = {"fmi2GetStatus",                R | T},
+};
+
+void tell(const Slave *slave, int status, const char *category) {
+    fmi2CallbackLogger logger = (fmi2CallbackLogger)slave->logger;
+    logger(slave->environment, slave->name, (fmi2Status)status, category, slave->instance.message);
 }
 
 const char *fmi2GetTypesPlatform(void) {
@@ -21,65 +50,24 @@ const char *fmi2GetVersion(void) {
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String given_guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging_on) {
     (void)visible;
-    const char *known_name = name && *name ? name : "(without a name)";
-    Slave *slave = functions ? calloc(1, sizeof *slave + strlen(known_name) + 1) : NULL;
+    Slave *slave = functions ? new_slave(name, logging_on) : NULL;
     if (!slave)
         return NULL;
-    strcpy(slave->name, known_name);
-    slave->callbacks = *functions;
-    slave->logged = logging_on ? EVERY_CATEGORY : EVERY_CATEGORY & ~WARNINGS; /* why a call failed is always told */
-    slave->instance.warn = warn;
-    slave->instance.receiver = slave;
-    slave->instance.message[0] = 0;
-    if (known_name != name)
-        say(slave->instance.message, "The name of the instance is empty.");
-    else if (type != fmi2CoSimulation)
+    slave->environment = functions->componentEnvironment;
+    slave->logger = (void (*)(void))functions->logger;
+    if (type != fmi2CoSimulation)
         say(slave->instance.message, "The FMU type is %d; expected fmi2CoSimulation (%d).", (int)type,
             (int)fmi2CoSimulation);
-    else if (!given_guid || strcmp(given_guid, guid))
-        say(slave->instance.message, "The GUID is %.200s; expected %s: the model description is of another FMU.",
-            given_guid ? given_guid : "NULL", guid);
-    else
-        take_parts(&slave->instance, resources);
-    if (slave->instance.message[0]) {
-        report(slave, fmi2Error);
-        fmi2FreeInstance(slave);
-        return NULL;
-    }
-    reset(&slave->instance);
-    return slave;
+    return admitted(slave, "GUID", given_guid, resources);
 }
 
 void fmi2FreeInstance(fmi2Component c) {
-    if (c)
-        drop_parts(&((Slave *)c)->instance);
-    free(c);
+    free_slave(c);
 }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
     Slave *slave = called(c, SET_DEBUG_LOGGING);
-    unsigned chosen = n ? 0 : EVERY_CATEGORY;
-    if (!slave || (n && !given(slave, SET_DEBUG_LOGGING, categories, "categories")))
-        return fmi2Error;
-    for (size_t i = 0; i < n; i++) {
-        int known = 0;
-        for (int k = 0; log_categories[k] && categories[i]; k++) {
-            if (!strcmp(categories[i], log_categories[k])) {
-                chosen |= 1u << k;
-                known = 1;
-            }
-        }
-        if (!known) {
-            say(slave->instance.message, "There is no log category %.200s; expected one of",
-                categories[i] ? categories[i] : "NULL");
-            for (int k = 0; log_categories[k]; k++)
-                append(slave->instance.message, "%s %s", k ? "," : "", log_categories[k]);
-            append(slave->instance.message, ".");
-            return report(slave, fmi2Error);
-        }
-    }
-    slave->logged = on ? chosen : 0;
-    return fmi2OK;
+    return slave ? choose_categories(slave, on, n, categories) : fmi2Error;
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start_time,
@@ -149,8 +137,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
         return no_status(c);
     if (!slave || !given(slave, GET_STATUS, value, "value"))
         return fmi2Error;
-    *value = slave->instance.now.time + slave->instance.now.skew;
-    return fmi2OK;
+    return HELD(slave, host_time(&slave->instance, value));
 }
 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {

@@ -1,6 +1,5 @@
 /* FMI 2.0: variables and derivatives. */
-#include <math.h>
-
+#include "fmi2Functions.h"
 #include "slave.h"
 
 static double element(Type type, const void *values, size_t i) {
@@ -131,23 +130,16 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
         || !are_variables(slave, DERIVATIVE, REAL, known, n_known, change))
         return fmi2Error;
     for (size_t i = 0; i < n_unknown; i++)
-        if (!is_output(unknown[i]))
-            return refuse(slave, "%s is no output: derivatives are those of outputs.", variables[unknown[i]].name);
-    for (size_t i = 0; i < n_known; i++) {
-        if (known[i] >= N_U)
-            return refuse(slave, "%s is no input: derivatives are those for inputs.", variables[known[i]].name);
-        if (!isfinite(change[i]))
-            return refuse(slave, "The change of %s is not finite.", variables[known[i]].name);
-        du[known[i]] += change[i];
-    }
+        if (!is_unknown(slave, unknown[i]))
+            return fmi2Error;
+    for (size_t i = 0; i < n_known; i++)
+        if (!is_known(slave, known[i]) || !add_change(slave, known[i], change[i], &du[known[i]]))
+            return fmi2Error;
     if (HELD(slave, directional_derivative(&slave->instance, du, dy)) != fmi2OK)
         return fmi2Error;
-    for (size_t i = 0; i < n_unknown; i++) {
-        if (!isfinite(dy[unknown[i] - N_U])) {
-            say(slave->instance.message, "%s has no finite derivative here.", variables[unknown[i]].name);
-            return report(slave, fmi2Discard);
-        }
-    }
+    for (size_t i = 0; i < n_unknown; i++)
+        if (!has_derivative(slave, unknown[i], dy[unknown[i] - N_U]))
+            return fmi2Discard;
     for (size_t i = 0; i < n_unknown; i++)
         derivative[i] = dy[unknown[i] - N_U];
     return fmi2OK;

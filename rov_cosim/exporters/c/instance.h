@@ -64,6 +64,7 @@ APART int set_times(Instance *instance, double start_time, double stop_time);
 APART int exit_initialization(Instance *instance);
 int is_step(Instance *instance, double time, double step); /* whether its times fit; the rest unchecked */
 double own_time(const Instance *instance, double time); /* the time, as a host has it, on the clock here */
+APART int host_time(const Instance *instance, double *time); /* the end of the last step, as the host has it */
 APART int do_step(Instance *instance, double time, double step);
 APART int directional_derivative(Instance *instance, const double *du, double *dy);
 
