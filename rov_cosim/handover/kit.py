@@ -42,12 +42,12 @@ def write(
     kit, progress = folder / called(component), progress or _silent
     kit.mkdir(parents=True, exist_ok=True)  # before the work, which takes long
     with tempfile.TemporaryDirectory() as temporary:
-        fmu, fmu3 = (Path(temporary) / below / f"{component.name}.fmu" for below in ("", FMI3))
+        fmus = {fmi: Path(temporary) / str(fmi) / f"{component.name}.fmu" for fmi in (2, 3)}
         for platform in progress(platforms, "binary"):
-            native_export.export(component, fmu, [platform])  # those of before stay in
+            native_export.export(component, fmus[2], [platform])  # those of before stay in
         for platform in progress(zig.platforms_of(3, platforms), "binary of FMI 3.0"):
-            native_export.export(component, fmu3, [platform], fmi=3)
-        content = entries(component, fmu, fmu3, platforms, progress)
+            native_export.export(component, fmus[3], [platform], fmi=3)
+        content = entries(component, fmus, platforms, progress)
     for name, data in content.items():
         path = kit / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -68,12 +68,12 @@ def zipped_entries(component: Component, content: Mapping[str, bytes]) -> dict[s
 
 
 def entries(
-    component: Component, fmu: Path, fmu3: Path, platforms: Collection[str], progress: Progress
+    component: Component, fmus: Mapping[int, Path], platforms: Collection[str], progress: Progress
 ) -> dict[str, bytes]:
-    """Return the content of the kit, name to bytes, with FMUs of 2.0 and 3.0 that are for some platforms of 2.0."""
+    """Return the content of the kit, name to bytes, with its FMUs by version of FMI, which are for some platforms."""
     cases = cases_of(component)
-    fmus = {f"{component.name}.fmu": fmu.read_bytes(), f"{FMI3}/{component.name}.fmu": fmu3.read_bytes()}
-    content = {**fmus, **beside(component, fmu)}
+    places = {2: f"{component.name}.fmu", 3: f"{FMI3}/{component.name}.fmu"}
+    content = {places[fmi]: fmu.read_bytes() for fmi, fmu in fmus.items()} | beside(component, fmus[2])
     by_name = {case.name: case for case in cases}
     with tempfile.TemporaryDirectory() as temporary:
         for case in map(by_name.__getitem__, progress(by_name, "reference run")):

@@ -68,22 +68,24 @@ def _models(
     build_fmus(work, platforms=platforms, names=sorted({*named, *elements}), progress=progress)
     build_fmus(work, FMI3, platforms_of(3, platforms), named, progress)
     fmus = {name: fmu_path(work, name) for name in known}
-    published = made / "fmus"
-    published.mkdir()
+    published = {2: made / "fmus", 3: made / "fmus" / FMI3}
+    published[3].mkdir(parents=True)
 
     def archived(name: str) -> None:
-        wiring, fmu = wire(SYSTEMS[name], fmus), published / f"{name}.fmu"
-        write_fmu(wiring, work / fmu.name, progress)
-        shutil.copyfile(work / fmu.name, fmu)
-        write(wiring, made / "systems" / f"{name}.ssp", fmu=fmu)
+        wiring = wire(SYSTEMS[name], fmus)
+        for fmi, place in published.items():
+            whole = work / str(fmi) / f"{name}.fmu"  # beside its stamp
+            write_fmu(wiring, whole, progress, fmi)
+            shutil.copyfile(whole, place / whole.name)
+        write(wiring, made / "systems" / f"{name}.ssp", fmu=published[2] / f"{name}.fmu")
 
     with ThreadPoolExecutor(JOBS) as pool:  # the compiler is a process of its own
         list(pool.map(archived, [system.name for system in systems]))
     for name in named:
-        shutil.copyfile(fmus[name], published / f"{name}.fmu")
-        content = kit.entries(
-            known[name], fmus[name], fmu_path(work, name, FMI3), platforms, partial(_told, name, progress)
-        )
+        own = {2: fmus[name], 3: fmu_path(work, name, FMI3)}
+        for fmi, place in published.items():
+            shutil.copyfile(own[fmi], place / f"{name}.fmu")
+        content = kit.entries(known[name], own, platforms, partial(_told, name, progress))
         archive.write(made / "kits" / f"{kit.called(known[name])}.zip", kit.zipped_entries(known[name], content))
 
 
