@@ -14,6 +14,7 @@ from . import table
 
 SECTIONS = {"inputs": "input", "outputs": "output", "parameters": "parameter"}
 MOST_VALUES = 6
+MOST_NAMES = 12
 _WIDEST = (26, 14, 28, 7)
 
 
@@ -51,12 +52,14 @@ def element_lines(wiring: Wiring, element: Element, text: str, width: int) -> It
 
 
 def joined(names: Sequence[str]) -> str:
-    """Return names that belong together as one: ``eta.x/y/z``, ``thruster[1..8].r.x/y/z``."""
+    """Return names that belong together as one: ``eta.x/y/z``, ``thruster[1..8].r.x/y/z``, ``K_P_off.x.y ... (15)``."""
     parts = [re.findall(r"\[\d+\]|\.?[^.\[]+", name) for name in names]
     if len({len(of) for of in parts}) == 1:
         columns = [list(dict.fromkeys(column)) for column in zip(*parts, strict=True)]
         if ["".join(combined) for combined in product(*columns)] == list(names):
             return "".join(map(_alternatives, columns))
+    if len(names) > MOST_NAMES:
+        return f"{names[0]} ... ({len(names)})"
     first = f"{stem(names[0])}."
     return "/".join([names[0], *(name.removeprefix(first) for name in names[1:])])
 
