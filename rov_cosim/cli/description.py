@@ -52,14 +52,14 @@ def element_lines(wiring: Wiring, element: Element, text: str, width: int) -> It
 
 
 def joined(names: Sequence[str]) -> str:
-    """Return names that belong together as one: ``eta.x/y/z``, ``thruster[1..8].r.x/y/z``, ``K_P_off.x.y ... (15)``."""
+    """Return names that belong together as one: ``eta.x/y/z``, ``thruster[1..8].r.x/y/z``, ``K_P_off.x.y (of 15)``."""
     parts = [re.findall(r"\[\d+\]|\.?[^.\[]+", name) for name in names]
     if len({len(of) for of in parts}) == 1:
         columns = [list(dict.fromkeys(column)) for column in zip(*parts, strict=True)]
         if ["".join(combined) for combined in product(*columns)] == list(names):
             return "".join(map(_alternatives, columns))
     if len(names) > MOST_NAMES:
-        return f"{names[0]} ... ({len(names)})"
+        return f"{names[0]} (of {len(names)})"
     first = f"{stem(names[0])}."
     return "/".join([names[0], *(name.removeprefix(first) for name in names[1:])])
 
@@ -98,7 +98,8 @@ def _groups(variables: Iterable[ModelVariable]) -> Iterable[list[ModelVariable]]
 
 def _cells(wiring: Wiring, element: Element, group: Sequence[ModelVariable]) -> tuple[str, ...]:
     first = group[0]
-    units = ", ".join(dict.fromkeys(v.unit or "" for v in group)) or ("" if first.type == "Real" else first.type)
+    of = [*dict.fromkeys(v.unit or "" for v in group)]
+    units = (", ".join(of) if len(of) < 3 else f"{of[0]}, ...") or ("" if first.type == "Real" else first.type)
     ends = {f"{element.name}.{v.name}" for v in group}
     into = [link for link in wiring.links if str(link.target) in ends]
     out = [link for link in wiring.links if str(link.source) in ends]
