@@ -26,21 +26,6 @@ WRENCH_UNITS = ("N", "N", "N", "N.m", "N.m", "N.m")
 
 Type = Literal["Real", "Integer", "Boolean"]
 
-TERMINALS = {
-    "pose": ("eta",),
-    "velocity": ("nu",),
-    "measured_pose": ("eta_m", "eta_m_valid"),
-    "set_point": ("eta_d", "eta_dot_d"),
-    "thrusters": ("u",),
-    "wrench": ("tau",),
-    "arm": ("F_arm",),
-    "surroundings": ("current", "F_umbilical", "thrust_loss"),
-}
-"""Keys of inputs and outputs that go together between components; a component with all of them has the terminal."""
-
-TAKEN_FOR = {"nu_m": "nu"}
-"""The key under which a terminal has a signal, where that is not its own."""
-
 SAMPLE_TIME = 0.03
 """Sample time of Hoang & Kreuzer 2007 in s, and so the communication step of the systems."""
 

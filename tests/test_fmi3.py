@@ -15,9 +15,9 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 from rig import RELAXED, random_inputs
-from rov_cosim.components.interface import TERMINALS
 from rov_cosim.exporters import archive, native_export, zig
 from rov_cosim.exporters.build import components
+from rov_cosim.exporters.terminals import TERMINALS
 from rov_cosim.systems.loop import SENSORS, SET_POINT_RATE, connections, element_of
 from typical import typical
 

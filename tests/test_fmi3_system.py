@@ -3,8 +3,10 @@
 import csv
 import shutil
 import subprocess
+from pathlib import Path
 from types import SimpleNamespace
 
+import fmpy
 import numpy as np
 import pytest
 from fmpy import extract, read_model_description, simulate_fmu
@@ -12,6 +14,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Slave
 from fmpy.model_description import read_build_description
 from fmpy.validation import validate_fmu
+from lxml import etree
 
 from rov_cosim.exporters import archive, native_export, zig
 from rov_cosim.exporters.build import FMI3, components, fmu_path, project_root
@@ -129,6 +132,8 @@ def test_fmusim_gets_the_numbers_of_fmi_2_in_the_digits_that_it_prints(built, tm
 def test_fmpy_finds_no_problem_and_all_sources_are_listed(built):
     path = built()[3]
     assert validate_fmu(str(path)) == []
+    schema = etree.XMLSchema(file=Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd")
+    schema.assertValid(etree.fromstring(archive.read(path)["terminalsAndIcons/terminalsAndIcons.xml"]))
     assert read_model_description(str(path)).coSimulation.fixedInternalStepSize == str(H)
     (configuration,) = read_build_description(str(path))
     listed = {f"sources/{file}" for file in configuration.sourceFileSets[0].sourceFiles}

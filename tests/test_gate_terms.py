@@ -14,7 +14,7 @@ from rov_cosim.components import frames, vehicle
 from rov_cosim.components.rov_plant import COMPONENT, equations
 from rov_cosim.exporters import native_export, zig
 from rov_cosim.ssp.declaration import wire
-from rov_cosim.study.gate import bench, newton, terms
+from rov_cosim.study.gate import bench, conduct, newton, terms
 from rov_cosim.study.settings import Settings
 from rov_cosim.systems.catalogue import SYSTEMS
 from typed import call
@@ -184,3 +184,9 @@ def test_a_gate_is_red_by_a_plant_that_its_controller_holds_all_the_same(tmp_pat
     assert done.output.splitlines()[-1] == "Error: gate some: red, 0 of 1 cells failed; wrong: theirs"
     other = call("gate", written(tmp_path, f"{GATE}terms = false\n"), "--output", tmp_path)
     assert other.output.splitlines()[-1] == "gate some: green, 1 of 1 cells passed"
+
+
+def test_a_plant_that_cannot_be_weighed_is_told_and_the_rest_goes_on(fmus):
+    weightless = wire(SYSTEMS["station_keeping"]).with_values({"rov_plant.mass": 0.0})
+    (told,) = conduct._faults(weightless, Settings())
+    assert told.startswith("its plant cannot be weighed, which `terms = false` leaves out: ZeroDivisionError")

@@ -10,7 +10,6 @@ from rov_cosim.handover.check import CheckError
 from typical import typical
 
 COMPONENTS = components()
-SIGNALS = COMPONENTS["scenario"].y.size
 
 pytestmark = pytest.mark.usefixtures("references")
 

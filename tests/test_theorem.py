@@ -27,7 +27,8 @@ FULL = PAPER["simulation"].undamped._replace(
     K_P=np.array([[100.0, 12, 5, 3], [12, 90, 0, 4], [5, 0, 120, 0], [3, 4, 0, 55]]),
     K_D=np.array([[90.0, -8, 0, 6], [-8, 95, 3, 0], [0, 3, 90, 2], [6, 0, 2, 80]]),
 )
-CASES = {**PAPER, "damped": DAMPED, "coupled": COUPLED, "full gains": FULL}
+FULL_DAMPED = FULL._replace(D_linear=np.array([20.0, 30, 25, 5]), D_quadratic=D_QUADRATIC, epsilon_0=0.1)
+CASES = {**PAPER, "damped": DAMPED, "coupled": COUPLED, "full gains": FULL, "damped, full gains": FULL_DAMPED}
 
 
 def rates(case, e, nu, psi):
@@ -109,6 +110,7 @@ def test_the_bound_by_axes_certifies_both_gain_sets_of_the_paper():
 def test_no_state_defies_the_bound_by_axes(name):
     for case in (CASES[name], CASES[name].undamped):
         at = case._replace(epsilon_0=0.99 * sharp(case).largest)
+        assert at.epsilon_0 > 0.1
         assert rates(at, *states(50_000, 5)).max() < 0
 
 

@@ -27,7 +27,7 @@ _TURN[[0, 1], [1, 0]] = -1.0, 1.0
 _STARTS, _ITERATIONS = 200, 200
 
 _COUPLED = 1e-6
-"""Part of the largest gain that couples axes; less is the rounding of a gain that was measured."""
+"""Part of a gain by which others differ from it, or couple axes; less is the rounding of one that was measured."""
 
 
 class Case(NamedTuple):
@@ -102,8 +102,10 @@ def seven(case: Case) -> Condition:
 def positive(case: Case) -> Condition:
     """Return that V is positive definite: K_P,i > epsilon_0^2 times the inertia of the axis."""
     m, _ = _inertia(case)
-    k = _in_body(_least_of(case.K_P), min)
-    return Condition("P positive definite", float(np.min(k - case.epsilon_0**2 * m)), float(np.sqrt(np.min(k / m))))
+    m = _in_body(m, max)  # of any heading
+    margin = np.linalg.eigvalsh(case.K_P - case.epsilon_0**2 * np.diag(m))[0]
+    largest = np.linalg.eigvalsh(case.K_P / np.sqrt(np.outer(m, m)))[0]
+    return Condition("P positive definite", float(margin), float(np.sqrt(max(largest, 0.0))))
 
 
 def sharp(case: Case) -> Condition:
@@ -134,17 +136,20 @@ def _by_axes(case: Case) -> float:
         return -np.inf  # these terms grow with the error
     error = 1 / case.alpha if case.alpha > 0 else 0.0
     damping = case.D_linear, case.epsilon_0 * error * case.D_quadratic
-    if np.any(damping) and not (_turns_alike(case.K_P) and _turns_alike(case.K_D)):
-        return -np.inf  # surge and sway are not the axes of both damping and gains
     least, most, K_P = _in_body(_least_of(case.K_D), min), _in_body(_most_of(case.K_D), max), _least_of(case.K_P)
     if K_P.min() <= 0:
         return -np.inf  # the axes are coupled by more than sums of rows can bound
-    cross, K_P = _in_body(_most_of(case.K_D @ np.diag(1 / K_P) @ case.K_D), max), _in_body(K_P, min)
+    # Where gains and damping have not the same axes, each takes a share of e^T K_P e for the product with e.
+    alike, most_damping = _turns_alike(case.K_P) and _turns_alike(case.K_D), _in_body(damping[0] + damping[1], max)
+    share = np.ones(4) if alike else most / (most + most_damping)
+    cross = _in_body(_most_of(case.K_D @ np.diag(1 / (share * K_P)) @ case.K_D), max)
+    K_P = _in_body(K_P, min)
+    rest = K_P if alike else np.where(share < 1, (1 - share) * K_P, np.inf)
     margins = []
     for d, per_t in ((np.zeros(4), np.zeros(4)), damping):  # the damping d + per_t t
-        k = most + d
-        squared = cross + (k**2 - most**2) / K_P
-        near = np.stack([m + squared / 4, k * per_t / (2 * K_P), per_t**2 / (4 * K_P)])  # of 1, t, t^2
+        both = most + d if alike else d
+        squared = cross + (both**2 - (most**2 if alike else 0)) / rest
+        near = np.stack([m + squared / 4, both * per_t / (2 * rest), per_t**2 / (4 * rest)])  # of 1, t, t^2
         bracket = np.zeros((4, 4))
         bracket[:3] += near
         bracket[1:] -= near
@@ -184,6 +189,9 @@ def failures(found: Sequence[Condition], epsilon_0: float) -> list[str]:
     said = []
     for one in found:
         if one.holds:
+            continue
+        if np.isneginf(one.margin):
+            said.append(f"{one.name} has no bound: alpha is 0, or the gains couple the axes too much.")
             continue
         cure = f"epsilon_0 below {one.largest:.3g} meets it" if one.largest > 0 else "no epsilon_0 meets it"
         if np.isnan(one.largest):
@@ -232,7 +240,7 @@ def _is_diagonal(gain: Matrix) -> bool:
 
 def _turns_alike(gain: Matrix) -> bool:
     """Tell whether a gain is the same in whatever direction the vehicle heads."""
-    return _is_diagonal(gain) and bool(gain[0, 0] == gain[1, 1])
+    return _is_diagonal(gain) and bool(abs(gain[0, 0] - gain[1, 1]) <= _COUPLED * gain[0, 0])
 
 
 def _least(a: Vector) -> float:

@@ -11,8 +11,9 @@ from fmpy.model_description import Dimension, ModelDescription, ModelVariable, U
 from lxml import etree
 from numpy.typing import NDArray
 
-from ..components.interface import TAKEN_FOR, TERMINALS, Component, Sampled, Signal
+from ..components.interface import Component, Sampled, Signal
 from .model_description import about, display_unit, identified, kind, literal
+from .terminals import TAKEN_FOR, TERMINALS
 
 VERSION = "3.0"
 TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
@@ -78,9 +79,10 @@ def terminals(signals: Iterable[Signal] = ()) -> bytes:
     etree.SubElement(picture, "CoordinateSystem", **_EXTENT, suggestedScalingFactorTo_mm="0.1")
     etree.SubElement(picture, "Icon", **_EXTENT)
     ports = {TAKEN_FOR.get(signal.key, signal.key): signal.name for signal in signals}
-    listed = etree.SubElement(root, "Terminals")
-    for name, keys in TERMINALS.items():
-        if ports.keys() >= set(keys):
+    made = {name: keys for name, keys in TERMINALS.items() if ports.keys() >= set(keys)}
+    if made:
+        listed = etree.SubElement(root, "Terminals")
+        for name, keys in made.items():
             terminal = etree.SubElement(listed, "Terminal", name=name, matchingRule="plug")
             for key in keys:
                 etree.SubElement(

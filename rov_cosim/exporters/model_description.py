@@ -28,10 +28,10 @@ from .archive import RELEASED
 STOP_TIME = 60.0
 """End in s of the default experiment."""
 
-# In the order of the status codes that they are for.
 GENERATION_TOOL = f"rov-cosim {version('rov-cosim')}"
 """By what an FMU of this project is known."""
 
+# In the order of the status codes that they are for.
 LOG_CATEGORIES = {
     "logStatusWarning": "Something that the user should know, for example a detached arm",
     "logStatusDiscard": "A question without an answer: a derivative that is not finite, a status that there is not",

@@ -22,7 +22,7 @@ def variables() -> dict[str, str]:
     """Return the variables of the environment, besides the user's, that a process has to begin with."""
     found = show_config(mode="dicts")["SIMD Extensions"].get("found", [])  # beyond what NumPy takes for granted
     left_out = [os.environ.get("NPY_DISABLE_CPU_FEATURES", ""), *found]
-    return {
+    told = {
         "GLIBC_TUNABLES": _FUSED,
         "LC_ALL": "C.UTF-8",
         "NPY_DISABLE_CPU_FEATURES": " ".join(filter(None, left_out)),
@@ -31,6 +31,7 @@ def variables() -> dict[str, str]:
         "SOURCE_DATE_EPOCH": str(timegm((*RELEASED, 0, 0, 0))),
         "TZ": "UTC",
     }
+    return {name: value for name, value in told.items() if value}  # an empty one cannot be set everywhere
 
 
 def is_settled() -> bool:

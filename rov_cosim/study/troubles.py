@@ -152,7 +152,7 @@ _LIST = (
     Trouble(
         "paper_gains",
         "the gains of the paper's vehicle, not scaled",
-        lambda loop: loop.declared("controller", "K_", "Gamma.", "epsilon_0"),
+        lambda loop: loop.declared("controller", "K_", "Gamma", "epsilon_0"),
     ),
     Trouble(
         "six_dof",

@@ -6,7 +6,7 @@ static const char *const type_names[] = {"Float64", "Int32", "Boolean"}; /* by T
 
 int refuse_reference(Slave *slave, uint32_t reference, const char *type) {
     if (reference == TIME)
-        refuse(slave, "time (value reference %d) is the independent variable: it can be read alone.", TIME);
+        refuse(slave, "time (value reference %d) is the independent variable: it can be read, as Float64, and not set.", TIME);
     else if (reference > TIME || !arrays[reference].name)
         refuse(slave, "There is no variable with value reference %lu.", (unsigned long)reference);
     else

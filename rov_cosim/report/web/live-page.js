@@ -73,6 +73,7 @@ export class LivePage {
     const run = await this.loops.run(controller, system, set, settings);
     if (!run) return null;
     run.set = set;
+    run.of = this.ticket;
     run.error ??= run.rows ? errors(run.column, run.rows) : {};
     run.score ??= score(run, this.data.judged);
     return run;
@@ -173,7 +174,7 @@ export class LivePage {
       const label = this.data.controllers[controller];
       const checked = controller === this.panel.focus ? "checked" : "";
       return (
-        `<tr data-controller="${controller}"><th scope="row"><label><input type="radio" name="focus" value="${controller}" ${checked}>` +
+        `<tr data-controller="${controller}" class="${run.of === this.ticket ? "" : "old"}"><th scope="row"><label><input type="radio" name="focus" value="${controller}" ${checked}>` +
         `<svg class="key" viewBox="0 0 34 8" aria-hidden="true"><line class="line-${this.lines.indexOf(controller)}" x1="1" x2="33" y1="4" y2="4"/></svg>` +
         `${label}</label></th>` +
         `<td class="verdict ${verdict}" title="${reason}">${verdict}</td><td>${settled}</td>` +

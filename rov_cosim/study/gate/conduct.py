@@ -205,8 +205,11 @@ class _Conduct:
         """Return what is wrong with the terms of each system's plant; systems of one FMU share a run. None: unknown."""
         ours = {column.name for column in self.gate.columns if column.is_ours}
         plants = {name: terms.plant_in(loop) for name, loop in self.plain.items() if name in ours}
-        first = {plant.fmu: self.plain[name] for name, plant in plants.items() if plant}
-        by_fmu = self._all(terms.faults, first)
+        first: dict[Any, Wiring] = {}
+        for name, plant in plants.items():
+            if plant:
+                first.setdefault(plant.fmu, self.plain[name])
+        by_fmu = self._all(_faults, first)
         return {name: by_fmu[plant.fmu] if plant else None for name, plant in plants.items()}
 
     def _all(self, work: Callable[[Wiring, Settings], Any], on: Mapping[Any, Wiring]) -> dict[Any, Any]:
@@ -214,6 +217,13 @@ class _Conduct:
         futures = {self.pool.submit(work, wiring, self.gate.settings): key for key, wiring in on.items()}
         done = {futures[future]: future.result() for future in self.progress(as_completed(futures), len(futures))}
         return {key: done[key] for key in on}
+
+
+def _faults(wiring: Wiring, settings: Settings) -> tuple[str, ...] | None:
+    try:
+        return terms.faults(wiring, settings)
+    except Exception as error:  # as below
+        return (f"its plant cannot be weighed, which `terms = false` leaves out: {type(error).__name__}: {error}",)
 
 
 def _scored(wiring: Wiring, settings: Settings) -> Score:
