@@ -4,6 +4,7 @@
    Compiled with the sources of a component's FMU; of a continuous one with INTERNAL_STEPS, those in a step. */
 #include <string.h>
 
+#include "fmi2Functions.h"
 #include "slave.h"
 #ifndef INTERNAL_STEPS
 #include "noise.h"
