@@ -11,9 +11,10 @@ import pytest
 from click.testing import CliRunner
 
 from rov_cosim.cli.main import main
-from rov_cosim.exporters.build import project_root
+from rov_cosim.exporters.build import components, project_root
+from rov_cosim.handover import live
 from rov_cosim.report.controls import CONTROLS
-from rov_cosim.report.live import LABELS, RECORDED
+from rov_cosim.report.live import LABELS, RECORDED, loops
 from rov_cosim.report.page import _in_script
 from rov_cosim.report.view import data as view_data
 from rov_cosim.ssp.declaration import wire
@@ -23,7 +24,7 @@ from rov_cosim.study.runs import opened, simulated
 from rov_cosim.study.scores import score
 from rov_cosim.study.settings import Settings
 from rov_cosim.systems.catalogue import SYSTEMS
-from rov_cosim.systems.fleet import CONTROLLERS
+from rov_cosim.systems.fleet import CONTROLLERS, file_of
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 MOST_BYTES = 3_000_000
@@ -155,6 +156,19 @@ def test_a_slider_moved_by_hand_or_key_runs_again_and_is_told_by_the_link(report
         assert shown(page) == before  # what a link says wrongly is passed over
 
 
+@pytest.mark.parametrize(("name", "holds"), [("pid", ["pid"]), ("sliding_mode", ["sliding_mode"])])
+@in_browser
+def test_the_page_of_a_kit_has_its_controller_in_the_loop(fmus, browser, tmp_path, name, holds):
+    path = tmp_path / live.NAME
+    path.write_bytes(live.written(components()[name]))
+    assert path.stat().st_size < MOST_BYTES
+    with page_of(browser, path, width=390) as page:
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        found = shown(page)
+        assert list(found) == holds
+        assert found[name] == list(cells(shlex.split(page.locator("#command").inner_text())))
+
+
 @in_browser
 def test_it_fits_every_screen_and_is_small(report, browser):
     assert report.stat().st_size < MOST_BYTES
@@ -235,17 +249,21 @@ def test_any_table_of_results_is_a_moving_picture(fmus, browser, tmp_path):
 
 
 def test_every_control_sets_what_some_system_has_and_every_column_is_there(fmus):
-    loops = wired(["hoang_kreuzer"], list(CONTROLLERS))
+    wirings = wired(["hoang_kreuzer"], list(CONTROLLERS)).values()
     controls = [control for group in CONTROLS.values() for control in group]
     assert len({control.key for control in controls}) == len(controls)
     for control in controls:
-        ends = {*control.ends, *(end for values in control.options.values() for end in values)}
-        for end in ends:
-            assert any(wiring.value(end) is not None for wiring in loops.values()), end
+        for end in control.sets:
+            assert any(wiring.value(end) is not None for wiring in wirings), end
         assert control.low < control.high
     assert set(LABELS) == set(CONTROLLERS)
-    outputs = {output for wiring in loops.values() for output in wiring.outputs}
+    outputs = {output for wiring in wirings for output in wiring.outputs}
     assert set(RECORDED) <= outputs
+
+
+def test_a_vehicle_of_ones_own_comes_first(fmus, tmp_path):
+    own = shutil.copy(file_of("bluerov2"), tmp_path / "own.ssv")
+    assert next(iter(loops([str(own)]))) == (str(own), "adaptive_pd")
 
 
 def test_a_table_that_is_none_is_told(fmus, tmp_path):

@@ -74,6 +74,8 @@ def data(loops: Loops, progress: Callable[[str], object] = lambda line: None) ->
     made = wasm.modules([first[kind] for kind in kinds], progress)
     modules = [_module(layout, content) for layout, content in made]
     systems: dict[str, dict[str, Any]] = {}
+    controllers = [name for name in LABELS if any(name == controller for _, controller in loops)]
+    known = {name for module in modules for name in module["names"]}
     for (vehicle, controller), wiring in loops.items():
         place = kinds.index(alike[vehicle, controller])
         systems.setdefault(vehicle, {})[controller] = {
@@ -86,13 +88,14 @@ def data(loops: Loops, progress: Callable[[str], object] = lambda line: None) ->
         "step": next(iter(loops.values())).step_size,
         "stop_time": STOP_TIME,
         "vehicles": {vehicle: VEHICLES.get(vehicle, vehicle) for vehicle in systems},
-        "controllers": LABELS,
-        "first": FIRST,
+        "controllers": {name: LABELS[name] for name in controllers},
+        "lines": {name: line for line, name in enumerate(LABELS)},
+        "first": [name for name in FIRST if name in controllers] or controllers,
         "recorded": RECORDED,
         "coupling": COUPLING,
         "modules": modules,
         "systems": systems,
-        "controls": controls.as_data(),
+        "controls": controls.as_data(known),
         "troubles": {trouble.name: trouble.description for trouble in TROUBLES.values()},
         "onset": ONSET,
         "judged": judged(),

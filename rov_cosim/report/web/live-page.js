@@ -18,7 +18,6 @@ export class LivePage {
     this.loops = new Loops(data, workerSource);
     this.runs = new Map();
     this.asked = { number: 0 };
-    this.lines = Object.keys(data.controllers);
     this.plots = new Plots((time) => this.player.seek(time));
     this.player = new Player($(".player"), (time) => this.#show(time), picture);
     this.panel = new Panel($("#controls"), data, this.loops, () => this.change());
@@ -108,8 +107,8 @@ export class LivePage {
       [...this.runs].map(([controller, one]) => ({
         label: this.data.controllers[controller],
         values: values(one),
-        colour: this.lines.indexOf(controller),
-        dash: this.lines.indexOf(controller),
+        colour: this.data.lines[controller],
+        dash: this.data.lines[controller],
       }));
     for (const axis of AXES) {
       const scaled = (one) => (axis === "psi" ? one.error.psi?.map((e) => e * DEGREES) : one.error[axis]) ?? [];
@@ -196,7 +195,7 @@ export class LivePage {
       const checked = controller === this.panel.focus ? "checked" : "";
       return (
         `<tr data-controller="${controller}" class="${run.number === newest ? "" : "old"}"><th scope="row"><label><input type="radio" name="focus" value="${controller}" ${checked}>` +
-        `<svg class="key" viewBox="0 0 34 8" aria-hidden="true"><line class="line-${this.lines.indexOf(controller)}" x1="1" x2="33" y1="4" y2="4"/></svg>` +
+        `<svg class="key" viewBox="0 0 34 8" aria-hidden="true"><line class="line-${this.data.lines[controller]}" x1="1" x2="33" y1="4" y2="4"/></svg>` +
         `${label}</label></th>` +
         `<td class="verdict ${verdict}" title="${reason}">${verdict}</td><td>${settled}</td>` +
         cells.map((text) => `<td>${text}</td>`).join("") +
