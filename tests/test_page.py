@@ -1,14 +1,18 @@
 """The pages in a browser: what they show beside the master's numbers, by hand, by keyboard and by link."""
 
 import csv
+import gzip
 import shlex
 import shutil
 import statistics
+from base64 import b64decode
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from pythonfmu.builder import FmuBuilder
 
 from rov_cosim.cli.main import main
 from rov_cosim.exporters.build import components, project_root
@@ -16,9 +20,12 @@ from rov_cosim.handover import live
 from rov_cosim.report.controls import CONTROLS
 from rov_cosim.report.live import LABELS, RECORDED, loops
 from rov_cosim.report.page import _in_script
+from rov_cosim.report.view import ViewError, geometry
 from rov_cosim.report.view import data as view_data
+from rov_cosim.ssp import swap_map
 from rov_cosim.ssp.declaration import wire
 from rov_cosim.study.assessment import axes
+from rov_cosim.study.changes import Changes
 from rov_cosim.study.matrix import wired
 from rov_cosim.study.runs import opened, simulated
 from rov_cosim.study.scores import score
@@ -275,24 +282,68 @@ def test_a_table_that_is_none_is_told(fmus, tmp_path):
         return done.output
 
     assert "no table of results" in refused("time,rov_plant.eta.x\n0,abc\n1,2\n")
-    assert "no column rov_plant.eta.x" in refused("time,other\n0,1\n1,2\n")
+    told = refused("time,ship.north\n0,1\n1,2\n")
+    assert "has no rov_plant.eta.x" in told
+    assert "--column rov_plant.eta.x=COLUMN. It has time, ship.north." in told
     assert "two at least" in refused("time,rov_plant.eta.x\n0,1\n")
 
 
-def test_the_columns_of_a_table_come_back(fmus, tmp_path):
-    import gzip
-    from base64 import b64decode
+def columns_of(made):
+    return np.frombuffer(gzip.decompress(b64decode(made["columns"]))).reshape(len(made["names"]), -1)
 
+
+NED = """
+[rov_plant]
+without = ["u", "F_arm"]
+[rov_plant.variables]
+pose = { ours = "eta", z_down = true }
+force = { ours = "controller.tau", z_down = true }
+[rov_plant.constants]
+nu = 0.0
+"""
+
+
+def test_the_columns_of_a_table_come_back(fmus, tmp_path):
     names = ["time", *(f"rov_plant.eta.{axis}" for axis in ("x", "y", "z", "phi", "theta", "psi"))]
     values = np.random.default_rng(1).normal(size=(5, len(names)))
     path = tmp_path / "some.csv"
     lines = [",".join(f'"{name}"' for name in names), *(",".join(map(repr, row)) for row in values.tolist())]
     path.write_text("\n".join(lines), encoding="utf-8")
-    made = view_data(path, wire(SYSTEMS["station_keeping"]))
-    found = np.frombuffer(gzip.decompress(b64decode(made["columns"]))).reshape(len(made["names"]), -1)
-    assert made["names"] == names
-    assert np.array_equal(found, values.T)
+    wiring = wire(SYSTEMS["station_keeping"])
+    made = view_data(path, wiring, geometry(wiring))
+    found = columns_of(made)
+    assert made["names"] == [*names, *(f"scenario.eta_d.{axis}" for axis in ("x", "y", "z", "phi", "theta", "psi"))]
+    assert np.array_equal(found[: len(names)], values.T)
+    assert not found[len(names) :].any()  # what the controller of this system has
     assert made["geometry"]["passive_arm.L[1]"] == 0.7
+
+
+def test_the_pose_of_a_vehicle_of_another_make_is_found_by_its_map_or_by_its_columns(fmus, tmp_path):
+    their = FmuBuilder.build_FMU(Path(__file__).parent / "fmus" / "ned_plant.py", tmp_path)
+    map_ = tmp_path / "map.toml"
+    map_.write_text(NED, encoding="utf-8")
+    swap = ("--swap", f"rov_plant={their}", "--map", map_)
+    command("run", "station_keeping", *swap, "--stop-time", "3", "--output", tmp_path)
+    table = next(tmp_path.glob("*.csv"))
+    done = CliRunner().invoke(main, ["view", str(table)])
+    assert done.exit_code == 1
+    assert "with --swap and --map as in the run" in done.output
+    plain = wire(SYSTEMS["station_keeping"])
+    changed = Changes({"rov_plant": Path(their)}, swap_map.read(map_)).applied(plain)
+    by_map = view_data(table, changed, geometry(plain))
+    columns = {"rov_plant.eta": "rov_plant.pose"} | {f"rov_plant.eta.{a}": f"-1*rov_plant.pose.{a}" for a in ("y", "z")}
+    by_hand = view_data(table, plain, geometry(plain), columns | {"rov_plant.eta.psi": "-rov_plant.pose.psi"})
+    theirs = np.genfromtxt(table, delimiter=",", names=True, deletechars="")
+    for made in (by_map, by_hand):
+        found = dict(zip(made["names"], columns_of(made), strict=True))
+        for axis, sign in {"x": 1, "y": -1, "z": -1, "psi": -1}.items():
+            np.testing.assert_allclose(found[f"rov_plant.eta.{axis}"], sign * theirs[f"rov_plant.pose.{axis}"], atol=0)
+    with pytest.raises(ViewError, match=r"no column rov_plant.poze. Did you mean rov_plant.pose"):
+        view_data(table, plain, {}, {"rov_plant.eta.x": "rov_plant.poze"})
+    with pytest.raises(ViewError, match=r"nothing of that name is drawn. Did you mean rov_plant.eta"):
+        view_data(table, plain, {}, {"rov_plant.etta.x": "rov_plant.pose.x"})
+    with pytest.raises(ViewError, match=r"'two' is no factor"):
+        view_data(table, plain, {}, {"rov_plant.eta.x": "two*rov_plant.pose.x"})
 
 
 def test_no_text_ends_a_script():
