@@ -11,6 +11,7 @@ from ..components.vehicle import N_THRUSTERS
 from ..ssp.values import parse
 from ..ssp.wiring import Wiring
 from ..study import assessment, scores
+from ..study.assessment import AXES
 from ..study.matrix import Loops, wired
 from ..study.nominal import DoesNotApplyError, Nominal
 from ..study.troubles import ONSET, TROUBLES
@@ -43,6 +44,7 @@ RECORDED = (
     "passive_arm.reach",
     "passive_arm.attached",
     "passive_arm.eta_m_valid",
+    *(f"passive_arm.eta_m.{axis}" for axis in AXES),
     *(f"scenario.F_umbilical.{axis}" for axis in XYZ),
     *(f"scenario.current.{axis}" for axis in XYZ),
     *(f"{element}.disturbance.{axis}" for element in ("controller", "rov_plant") for axis in WRENCH),

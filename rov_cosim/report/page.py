@@ -28,6 +28,11 @@ _DETAILS = {
         'in degrees; dotted: the wrist</span> <span class="axes"><b>1 4</b><b>2 5</b><b>3 6</b>',
     ),
     "reach": ("reach of its arm", "in m; dotted: the length of its links"),
+    "measured": (
+        "error of what it measures",
+        'in mm: noise, delay, encoders</span> <span class="axes"><b>x</b><b>y</b><b>z</b>',
+    ),
+    "measured-psi": ("error of the yaw that it measures", "in degrees"),
 }
 
 

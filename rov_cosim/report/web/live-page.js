@@ -1,5 +1,5 @@
 // The live part of the page: controls, runs of all chosen controllers, curves, table, picture, link and command.
-import { AXES, errors, score } from "./score.js";
+import { AXES, errors, score, wrapped } from "./score.js";
 import { Loops, command } from "./loops.js";
 import { Panel } from "./panel.js";
 import { Player } from "./player.js";
@@ -170,6 +170,20 @@ export class LivePage {
         dash: i > 3 ? DOTTED : SOLID,
       })),
     });
+    const valid = run.column("passive_arm.eta_m_valid");
+    const measured = (axis) => {
+      const [given, true_] = [run.column(`passive_arm.eta_m.${axis}`), run.column(`rov_plant.eta.${axis}`)];
+      return Array.from(given, (value, i) => (valid[i] ? wrapped(value - true_[i]) * SCALE[axis] : undefined));
+    };
+    for (const [name, axes, unit] of [
+      ["measured", ["x", "y", "z"], "mm"],
+      ["measured-psi", ["psi"], "degrees"],
+    ])
+      this.plots.draw($(`#plot-${name}`), {
+        title: `Measured less true ${axes.length > 1 ? "position" : "yaw"} in ${unit}, where there is a measurement`,
+        time: run.time,
+        series: axes.map((axis, i) => ({ label: axis, values: measured(axis), colour: axes.length > 1 ? i : 2, dash: SOLID })),
+      });
     const reach = run.column("passive_arm.reach");
     this.plots.draw($("#plot-reach"), {
       title: "Reach of the arm in m, and the length of its links",

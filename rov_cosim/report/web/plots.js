@@ -110,8 +110,8 @@ function thinned([time, ...curves], width) {
     for (let k = 0; k < bins; k++) {
       let [least, greatest] = [begins[k], begins[k]];
       for (let i = begins[k]; i < begins[k + 1]; i++) {
-        if (values[i] < values[least]) least = i;
-        if (values[i] > values[greatest]) greatest = i;
+        if (values[i] < (values[least] ?? Infinity)) least = i;
+        if (values[i] > (values[greatest] ?? -Infinity)) greatest = i;
       }
       kept.push(values[Math.min(least, greatest)], values[Math.max(least, greatest)]);
     }
