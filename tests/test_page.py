@@ -221,23 +221,27 @@ def test_it_plays_by_keyboard_and_tells_what_it_takes(report, browser, capsys):
 def test_curves_and_table_follow_a_hand_that_does_not_rest(report, browser):
     with page_of(browser, report) as page:
         before = int(page.locator("#live").get_attribute("data-runs"))
-        seen = page.evaluate(
+        seen, is_old_told = page.evaluate(
             """async () => {
               const slider = document.querySelector('[data-key="eta_0.x"]');
               const cell = () => document.querySelector('[data-controller="adaptive_pd"]').textContent;
-              const seen = new Set();
+              const row = document.querySelector.bind(document, '[data-controller="pid"]');
+              const [seen, faded] = [new Set(), new Set()];
               slider.value = -0.8;
               for (let k = 0; k < 60; k++) {
                 slider.stepUp();
                 slider.dispatchEvent(new Event("input", { bubbles: true }));
                 await new Promise(requestAnimationFrame);
                 seen.add(cell());
+                faded.add(getComputedStyle(row()).opacity);
               }
-              return seen.size;
+              return [seen.size, faded.has("0.5")];
             }"""
         )
         assert seen > 3
+        assert is_old_told
         page.wait_for_function(f"Number(document.querySelector('#live').dataset.runs) > {before}", timeout=120_000)
+        assert page.locator("#results tr.old").count() == 0
         assert shown(page)["adaptive_pd"] == list(cells(shlex.split(page.locator("#command").inner_text())))
 
 

@@ -7,6 +7,7 @@ import { DOTTED, Plots, SOLID } from "./plots.js";
 import { show as motion } from "./motion.js";
 
 const REST = 80; // ms
+const OLD = 300; // ms after which values of before are told apart from those that are new
 const DEGREES = 180 / Math.PI;
 const SCALE = { x: 1e3, y: 1e3, z: 1e3, psi: DEGREES };
 const $ = (selector) => document.querySelector(selector);
@@ -44,6 +45,7 @@ export class LivePage {
    */
   async change() {
     const begun = performance.now();
+    this.moved ??= begun;
     clearTimeout(this.later);
     const { shown, focus, vehicle } = this.panel;
     const first = shown.includes(focus) ? focus : shown[0];
@@ -61,6 +63,7 @@ export class LivePage {
       if (this.asked !== asked) return;
       after.push(performance.now() - begun);
     }
+    this.moved = undefined;
     this.#address();
     this.#rest();
     const runs = [...this.runs.values()];
@@ -196,6 +199,7 @@ export class LivePage {
   }
 
   #table() {
+    const left = Math.max(OLD - (performance.now() - this.moved), 0);
     const newest = Math.max(...[...this.runs.values()].map(({ number }) => number));
     const rows = [...this.runs].map(([controller, run]) => {
       const { verdict, reason, settling, axes } = run.score;
@@ -208,7 +212,7 @@ export class LivePage {
       const label = this.data.controllers[controller];
       const checked = controller === this.panel.focus ? "checked" : "";
       return (
-        `<tr data-controller="${controller}" class="${run.number === newest ? "" : "old"}"><th scope="row"><label><input type="radio" name="focus" value="${controller}" ${checked}>` +
+        `<tr data-controller="${controller}" ${run.number === newest ? "" : `class="old" style="animation-delay: ${left}ms"`}><th scope="row"><label><input type="radio" name="focus" value="${controller}" ${checked}>` +
         `<svg class="key" viewBox="0 0 34 8" aria-hidden="true"><line class="line-${this.data.lines[controller]}" x1="1" x2="33" y1="4" y2="4"/></svg>` +
         `${label}</label></th>` +
         `<td class="verdict ${verdict}" title="${reason}">${verdict}</td><td>${settled}</td>` +
