@@ -19,7 +19,9 @@ import typed
 from rov_cosim.components.cases import cases_of
 from rov_cosim.exporters import archive, native_export, zig
 from rov_cosim.exporters.build import components
-from rov_cosim.handover import kit, verdict
+from rov_cosim.handover import kit, live, verdict
+from rov_cosim.handover.guide import guide
+from rov_cosim.report import bundle
 from rov_cosim.ssp import swap_map
 from rov_cosim.systems.catalogue import SYSTEMS
 from typical import typical
@@ -104,6 +106,22 @@ def test_references_are_in_the_form_of_the_cross_check(kits, name):
         assert (folder / f"{name}.ssv").exists() == bool(case.parameters)
     for path in kits[name].rglob("*.ssv"):
         assert schema.validate(etree.parse(path))
+
+
+def test_a_kit_has_a_page_where_it_can_be_made_and_its_guide_tells_of_it(monkeypatch, tmp_path):
+    written = []
+    monkeypatch.setattr(kit, "write", lambda component, *given: written.append((component.name, given[-1])) or ())
+    monkeypatch.setattr(bundle, "find_spec", lambda name: None)
+    monkeypatch.setattr(bundle, "project_root", lambda: tmp_path)  # where nothing is bundled yet
+    done = typed.call("handover", "pid")
+    assert (
+        "The kit is without live.html: A page takes npm: pip install 'rov-cosim[report]'." in done.stderr.splitlines()
+    )
+    assert typed.call("handover", "rov_plant").exit_code == done.exit_code == 0
+    assert written == [("pid", None), ("rov_plant", None)]
+    told = [guide(COMPONENTS["pid"], cases_of(COMPONENTS["pid"]), ["linux64"], has_page=page) for page in (True, False)]
+    assert [live.NAME in text for text in told] == [True, False]
+    assert all(live.systems(COMPONENTS[name]) == {} for name in ("rov_plant", "passive_arm", "scenario", "taut_wire"))
 
 
 LONG = "a" * 240

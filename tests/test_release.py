@@ -137,7 +137,7 @@ def test_a_settled_process_computes_what_a_processor_without_fused_operations_do
     assert here.stdout == there.stdout
 
 
-RELEASED = ("taut_wire", "paper_simulation_pd", "--platform", "linux64", "--platform", "win64")
+RELEASED = ("pid", "paper_simulation_pd", "--platform", "linux64", "--platform", "win64")
 
 
 @pytest.mark.slow
@@ -158,10 +158,12 @@ def test_two_clones_make_the_same_release(tmp_path):
         made[name] = (folder / bill.CHECKSUMS).read_bytes()
         assert not [*folder.parent.glob(".*")]
     assert made["one"] == made["another"]
+    with ZipFile(next((folder / "kits").iterdir())) as archive:
+        assert any(name.endswith("/live.html") for name in archive.namelist())
     told = json.loads((folder / bill.BILL).read_text(encoding="utf-8"))
     kinds = {Path(name).suffix for name in files_of(told)}
     assert kinds == {".whl", ".fmu", ".ssp", ".zip", ".txt"}
-    with ZipFile(folder / "fmus" / "taut_wire.fmu") as archive:
+    with ZipFile(folder / "fmus" / "pid.fmu") as archive:
         assert {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries")} == {
             "linux64",
             "win64",

@@ -18,6 +18,8 @@ _SAMPLED = "samples are taken at multiples of `sample_time`"
 _CONTINUOUS = "the vehicle is integrated in internal steps of at most `max_step`"
 
 
+_PAGE = "| `live.html` | the loop with this controller, running: open it in a browser and drag a slider |\n"
+
 _PLATFORMS = {
     "linux64": ("Linux (glibc 2.17 or newer)", "Linux"),
     "win64": ("Windows 10", "on Windows `binaries/win64/{name}.dll` and no `-ldl -lm`"),
@@ -28,8 +30,8 @@ _PLATFORMS = {
 """What each platform is called, and what differs there for a host in C."""
 
 
-def guide(component: Component, cases: tuple[Case, ...], platforms: Iterable[str]) -> str:
-    """Return the guide of a component in Markdown, with an FMU for some of `zig.TARGETS`."""
+def guide(component: Component, cases: tuple[Case, ...], platforms: Iterable[str], *, has_page: bool = False) -> str:
+    """Return the guide of a component in Markdown, with an FMU for some of `zig.TARGETS`, and with a page or not."""
     called, in_c = zip(*(_PLATFORMS[platform] for platform in _PLATFORMS if platform in set(platforms)), strict=True)
     description = native_export.description(component)
     tunable = [f"`{names(signal)}`" for signal in component.parameters if signal.tunable]
@@ -44,6 +46,7 @@ def guide(component: Component, cases: tuple[Case, ...], platforms: Iterable[str
     return template.format(
         holding=_text("holding.md.in").replace("{name}", component.name) if is_controller else "",
         gains=_gains(component) if is_controller else "",
+        page_row=_PAGE if has_page else "",
         title=component.title,
         name=component.name,
         description=component.description,

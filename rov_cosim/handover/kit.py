@@ -18,7 +18,7 @@ from ..ssp.writer import parameter_set
 from ..systems import fleet
 from ..systems.catalogue import SYSTEMS
 from ..systems.loop import CONTROLLER, element_of
-from . import reference
+from . import live, reference
 from .diagram import wiring_diagram
 from .guide import guide
 from .header import header
@@ -28,11 +28,15 @@ Progress = Callable[[Iterable[str], str], Iterable[str]]
 
 
 def write(
-    component: Component, folder: Path, platforms: Collection[str] = zig.TARGETS, progress: Progress | None = None
+    component: Component,
+    folder: Path,
+    platforms: Collection[str] = zig.TARGETS,
+    progress: Progress | None = None,
+    page: bytes | None = None,
 ) -> tuple[Path, Path]:
     """Write the kit of a component below a folder; return the kit's folder and its zip.
 
-    `platforms` are some of `zig.TARGETS`; the FMU of FMI 3.0 is for the same.
+    `platforms` are some of `zig.TARGETS`; the FMU of FMI 3.0 is for the same. `page` is its live page, if it has one.
 
     Raises
     ------
@@ -47,7 +51,7 @@ def write(
             native_export.export(component, fmus[2], [platform])  # those of before stay in
         for platform in progress(zig.platforms_of(3, platforms), "binary of FMI 3.0"):
             native_export.export(component, fmus[3], [platform], fmi=3)
-        content = entries(component, fmus, platforms, progress)
+        content = entries(component, fmus, platforms, progress, page)
     for name, data in content.items():
         path = kit / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -68,7 +72,11 @@ def zipped_entries(component: Component, content: Mapping[str, bytes]) -> dict[s
 
 
 def entries(
-    component: Component, fmus: Mapping[int, Path], platforms: Collection[str], progress: Progress
+    component: Component,
+    fmus: Mapping[int, Path],
+    platforms: Collection[str],
+    progress: Progress,
+    page: bytes | None = None,
 ) -> dict[str, bytes]:
     """Return the content of the kit, name to bytes, with its FMUs by version of FMI, which are for some platforms."""
     cases = cases_of(component)
@@ -80,7 +88,9 @@ def entries(
             folder = Path(temporary) / case.name
             reference.write(reference.run(component, case), folder)
             content |= {f"reference/{case.name}/{file.name}": file.read_bytes() for file in folder.iterdir()}
-    text = guide(component, cases, platforms)
+    if page:
+        content[live.NAME] = page
+    text = guide(component, cases, platforms, has_page=page is not None)
     content["guide.md"] = text.encode()
     content["guide.html"] = documentation.html(component.title, text).encode()
     content["wiring.svg"] = wiring_diagram(component).encode()

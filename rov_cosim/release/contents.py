@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from ..exporters import archive
 from ..exporters.build import FMI3, build_fmus, components, fmu_path
 from ..exporters.zig import JOBS, platforms_of
-from ..handover import kit
+from ..handover import kit, live
 from ..ssp.declaration import wire
 from ..systems.catalogue import SYSTEMS
 from ..whole.writer import write, write_fmu
@@ -64,7 +64,8 @@ def _models(
     known = components()
     systems = [SYSTEMS[name] for name in names if name in SYSTEMS]
     named = [name for name in known if name in names]
-    elements = {component for system in systems for component in system.elements.values()}
+    shown = [system for name in named for system in live.systems(known[name]).values()]
+    elements = {component for system in (*systems, *shown) for component in system.elements.values()}
     build_fmus(work, platforms=platforms, names=sorted({*named, *elements}), progress=progress)
     build_fmus(work, FMI3, platforms_of(3, platforms), named, progress)
     fmus = {name: fmu_path(work, name) for name in known}
@@ -85,7 +86,8 @@ def _models(
         own = {2: fmus[name], 3: fmu_path(work, name, FMI3)}
         for fmi, place in published.items():
             shutil.copyfile(own[fmi], place / f"{name}.fmu")
-        content = kit.entries(known[name], own, platforms, partial(_told, name, progress))
+        page = live.written(known[name], fmus, progress)
+        content = kit.entries(known[name], own, platforms, partial(_told, name, progress), page)
         archive.write(made / "kits" / f"{kit.called(known[name])}.zip", kit.zipped_entries(known[name], content))
 
 

@@ -1,6 +1,6 @@
 """What can be turned on the page: each control is a set of start values, so that a command can repeat it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -38,6 +38,11 @@ class Control:
     step: float = 0.01
     unit: str = ""
     options: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
+
+    @property
+    def sets(self) -> set[str]:
+        """All start values that it may set."""
+        return {*self.ends, *(end for values in self.options.values() for end in values)}
 
 
 def _gains(symbol: str, name: str) -> list[Control]:
@@ -156,9 +161,10 @@ CONTROLS: Mapping[str, tuple[Control, ...]] = {
 """By group."""
 
 
-def as_data() -> list[dict[str, Any]]:
-    """Return them for the page."""
-    return [
-        {"group": group, "controls": [{k: v for k, v in vars(control).items()} for control in controls]}
+def as_data(known: Set[str]) -> list[dict[str, Any]]:
+    """Return those for a page whose systems have some variables."""
+    there = {
+        group: [vars(control) for control in controls if not known.isdisjoint(control.sets)]
         for group, controls in CONTROLS.items()
-    ]
+    }
+    return [{"group": group, "controls": controls} for group, controls in there.items() if controls]

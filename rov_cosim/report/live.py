@@ -11,6 +11,7 @@ from ..components.vehicle import N_THRUSTERS
 from ..ssp.values import parse
 from ..ssp.wiring import Wiring
 from ..study import assessment, scores
+from ..study.assessment import AXES
 from ..study.matrix import Loops, wired
 from ..study.nominal import DoesNotApplyError, Nominal
 from ..study.troubles import ONSET, TROUBLES
@@ -43,6 +44,7 @@ RECORDED = (
     "passive_arm.reach",
     "passive_arm.attached",
     "passive_arm.eta_m_valid",
+    *(f"passive_arm.eta_m.{axis}" for axis in AXES),
     *(f"scenario.F_umbilical.{axis}" for axis in XYZ),
     *(f"scenario.current.{axis}" for axis in XYZ),
     *(f"{element}.disturbance.{axis}" for element in ("controller", "rov_plant") for axis in WRENCH),
@@ -74,6 +76,8 @@ def data(loops: Loops, progress: Callable[[str], object] = lambda line: None) ->
     made = wasm.modules([first[kind] for kind in kinds], progress)
     modules = [_module(layout, content) for layout, content in made]
     systems: dict[str, dict[str, Any]] = {}
+    controllers = [name for name in LABELS if any(name == controller for _, controller in loops)]
+    known = {name for module in modules for name in module["names"]}
     for (vehicle, controller), wiring in loops.items():
         place = kinds.index(alike[vehicle, controller])
         systems.setdefault(vehicle, {})[controller] = {
@@ -86,13 +90,14 @@ def data(loops: Loops, progress: Callable[[str], object] = lambda line: None) ->
         "step": next(iter(loops.values())).step_size,
         "stop_time": STOP_TIME,
         "vehicles": {vehicle: VEHICLES.get(vehicle, vehicle) for vehicle in systems},
-        "controllers": LABELS,
-        "first": FIRST,
+        "controllers": {name: LABELS[name] for name in controllers},
+        "lines": {name: line for line, name in enumerate(LABELS)},
+        "first": [name for name in FIRST if name in controllers] or controllers,
         "recorded": RECORDED,
         "coupling": COUPLING,
         "modules": modules,
         "systems": systems,
-        "controls": controls.as_data(),
+        "controls": controls.as_data(known),
         "troubles": {trouble.name: trouble.description for trouble in TROUBLES.values()},
         "onset": ONSET,
         "judged": judged(),

@@ -10,10 +10,6 @@ from typing import Any, NamedTuple
 
 from ..study.assessment import AXES
 
-CLAIM = (
-    "The paper says that a PD controller, which knows no force, keeps an offset by the pull of umbilical, arm and "
-    "buoyancy, and that an adaptive one learns them and comes back. It does: drag a slider and see."
-)
 LIBRARIES = (
     "Drawn with three.js (MIT, © three.js authors) and uPlot (MIT, © Leon Sorokin); their notices stand in the script."
 )
@@ -32,7 +28,30 @@ _DETAILS = {
         'in degrees; dotted: the wrist</span> <span class="axes"><b>1 4</b><b>2 5</b><b>3 6</b>',
     ),
     "reach": ("reach of its arm", "in m; dotted: the length of its links"),
+    "measured": (
+        "error of what it measures",
+        'in mm: noise, delay, encoders</span> <span class="axes"><b>x</b><b>y</b><b>z</b>',
+    ),
+    "measured-psi": ("error of the yaw that it measures", "in degrees"),
 }
+
+
+class About(NamedTuple):
+    """What a page with the live loop says of itself: above its title, that, below it, and the command that makes it."""
+
+    kicker: str
+    title: str
+    lead: str
+    command: str
+
+
+PAPER = About(
+    "Hoang & Kreuzer 2007, as FMUs",
+    "A vehicle held beside a structure against forces that its controller does not know",
+    "The paper says that a PD controller, which knows no force, keeps an offset by the pull of umbilical, arm and "
+    "buoyancy, and that an adaptive one learns them and comes back. It does: drag a slider and see.",
+    "rov-cosim report",
+)
 
 
 class Section(NamedTuple):
@@ -48,33 +67,36 @@ VIEW = ("main.js", "page.css")
 """What each page is bundled of."""
 
 
-def report(live: Mapping[str, Any], sections: Sequence[Section], bundled: Sequence[str]) -> str:
-    """Return the page of the paper.
+def report(live: Mapping[str, Any], sections: Sequence[Section], bundled: Sequence[str], about: About = PAPER) -> str:
+    """Return the page with the live loop.
 
     Parameters
     ----------
     live : `live.data`.
     sections : what comes below.
     bundled : the texts of `REPORT`, by `bundle.bundled`.
+    about : what it says of itself.
     """
     script, worker, style = bundled
-    contents = [("live-title", "The loop"), *((section.key, section.title) for section in sections)]
-    sizes = sorted(module["size"] for module in live["modules"])
+    contents = [("live-title", "The loop"), *((section.key, section.title) for section in sections)] if sections else []
+    sizes = sorted({f"{module['size'] / 1e3:.0f}" for module in live["modules"]}, key=int)
     return _filled(
         "report",
         style=style,
         script=_in_script(script),
         worker=_in_script(worker),
         data=_in_script(json.dumps(live, separators=(",", ":"))),
-        claim=CLAIM,
+        kicker=escape(about.kicker),
+        title=escape(about.title),
+        lead=escape(about.lead),
         contents=" ".join(f'<a href="#{key}">{escape(title)}</a>' for key, title in contents),
-        sizes=f"{sizes[0] / 1e3:.0f} to {sizes[-1] / 1e3:.0f} kB a controller, before it is packed",
+        sizes=f"{' to '.join(dict.fromkeys((sizes[0], sizes[-1])))} kB a controller, before it is packed",
         curves=_curves({**_ERRORS, **_DETAILS}),
         sections="\n".join(
             f'<section aria-labelledby="{key}"><h2 id="{key}">{escape(title)}</h2>\n{html}</section>'
             for key, title, html in sections
         ),
-        footer=f"<p>Made by <code>rov-cosim report</code>, version {version('rov-cosim')}. {LIBRARIES}</p>",
+        footer=f"<p>Made by <code>{about.command}</code>, version {version('rov-cosim')}. {LIBRARIES}</p>",
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..ssp.declaration import System, wire
 from ..ssp.values import Value
 from ..ssp.wiring import Wiring
-from ..systems.fleet import LOOPS, holding
+from ..systems.fleet import LOOPS, WIRED, holding
 from ..systems.loop import CONTROLLER, controller_in
 from .campaign.case import Case
 from .campaign.errors import CampaignError, with_extra
@@ -58,7 +58,9 @@ def wired(
     systems: Sequence[System] = (),
     progress: Callable[[str], object] = lambda line: None,
 ) -> Loops:
-    """Return those of `fleet.LOOPS` with these vehicles and controllers, and further systems, with changes in them.
+    """Return the loops of these vehicles and controllers, and further systems, with changes in them.
+
+    A vehicle is one of the fleet, of which some have not all controllers, or an SSV file.
 
     Their FMUs are native ones, built first. A controller that is swapped is called by its own FMU, and is the same for
     all of `controllers`: it gets the parameters of the first, by equal names or its map.
@@ -71,7 +73,7 @@ def wired(
     changes, once = changes or Changes(), cache(warn)  # the same for every loop
     is_swapped = CONTROLLER in changes.swaps
     pairs = product(vehicles, controllers[:1] if is_swapped else controllers)
-    loops = {pair: holding(*pair) for pair in pairs if pair in LOOPS}
+    loops = {pair: holding(*pair) for pair in pairs if pair in LOOPS or pair[0] not in WIRED}
     loops |= {(system.name, controller_in(system)): system for system in systems}
     wirings = {pair: changes.applied(wire(system, progress=progress), once) for pair, system in loops.items()}
     if not is_swapped:

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 from tqdm import tqdm
 
+from ...components.interface import Component
 from ...exporters.build import components, project_root
 from ...exporters.zig import TARGETS, BuildError, host_platform
 from ...study.screen import say
@@ -27,10 +28,23 @@ def _kit(name: str) -> click.Command:
             raise BuildError(f"A kit needs {error.name}: pip install 'rov-cosim[native]'.") from None
         folder = output or project_root() / "build" / "handover"
         platforms = [host_platform()] if this_platform else [*TARGETS]
-        for path in kit.write(components()[name], folder, platforms, _progress):
+        component = components()[name]
+        for path in kit.write(component, folder, platforms, _progress, _page(component)):
             click.echo(path)
 
     return click.command(name, help=f"Write the kit of {name}: FMU, guide, parameter sets, reference runs.")(write)
+
+
+def _page(component: Component) -> bytes | None:
+    """Return the live page of a component; None, and a line that tells why, if there is no npm for it."""
+    from ...handover import live
+    from ...report.bundle import BundleError
+
+    try:
+        return live.written(component, progress=say)
+    except BundleError as error:
+        say(f"The kit is without {live.NAME}: {str(error).splitlines()[0]}")
+        return None
 
 
 def _progress(steps: Iterable[str], what: str) -> Iterator[str]:

@@ -1,5 +1,5 @@
 // The live part of the page: controls, runs of all chosen controllers, curves, table, picture, link and command.
-import { AXES, errors, score } from "./score.js";
+import { AXES, errors, score, wrapped } from "./score.js";
 import { Loops, command } from "./loops.js";
 import { Panel } from "./panel.js";
 import { Player } from "./player.js";
@@ -7,6 +7,7 @@ import { DOTTED, Plots, SOLID } from "./plots.js";
 import { show as motion } from "./motion.js";
 
 const REST = 80; // ms
+const OLD = 300; // ms after which values of before are told apart from those that are new
 const DEGREES = 180 / Math.PI;
 const SCALE = { x: 1e3, y: 1e3, z: 1e3, psi: DEGREES };
 const $ = (selector) => document.querySelector(selector);
@@ -17,9 +18,9 @@ export class LivePage {
     this.picture = picture;
     this.loops = new Loops(data, workerSource);
     this.runs = new Map();
-    this.lines = Object.keys(data.controllers);
+    this.asked = { number: 0 };
     this.plots = new Plots((time) => this.player.seek(time));
-    this.player = new Player($(".player"), (time) => this.#show(time), () => this.picture?.coarser());
+    this.player = new Player($(".player"), (time) => this.#show(time), picture);
     this.panel = new Panel($("#controls"), data, this.loops, () => this.change());
     $("#reset").addEventListener("click", () => this.panel.reset());
     $("#copy").addEventListener("click", () => copy($("#command").textContent, $("#copy")));
@@ -27,6 +28,7 @@ export class LivePage {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.picture?.recolour();
       this.#draw();
+      this.#rest();
     });
     addEventListener("hashchange", () => this.panel.read(location.hash));
     this.panel.read(location.hash);
@@ -36,47 +38,61 @@ export class LivePage {
     return this.data.systems[this.panel.vehicle][controller];
   }
 
-  /** Run again all that is shown, and show first what the picture is of. */
+  /**
+   * Run again all that is shown, and show first what the picture is of.
+   *
+   * While a hand moves on, what it passed is shown as soon as it is there, but the other controllers wait until it rests.
+   */
   async change() {
     const begun = performance.now();
-    const ticket = (this.ticket = {});
-    history.replaceState(null, "", this.panel.hash || location.pathname + location.search);
+    this.moved ??= begun;
+    clearTimeout(this.later);
     const { shown, focus, vehicle } = this.panel;
     const first = shown.includes(focus) ? focus : shown[0];
+    const asked = (this.asked = { number: this.asked.number + 1, vehicle, first });
     const found = new Map(this.of === vehicle ? this.runs : []);
     const after = [];
     for (const some of [[first], shown.filter((controller) => controller !== first)]) {
-      const runs = await Promise.all(some.map((controller) => this.#run(controller)));
-      if (this.ticket !== ticket || runs.includes(null)) return;
+      const runs = await Promise.all(some.map((controller) => this.#run(controller, asked.number)));
+      if (runs.includes(null) || this.asked.vehicle !== vehicle || this.asked.first !== first) return;
       some.forEach((controller, i) => found.set(controller, runs[i]));
       this.of = vehicle;
       this.runs = new Map(shown.filter((name) => found.has(name)).map((name) => [name, found.get(name)]));
       if (some.length) this.#draw();
-      await null; // the curves are drawn when all that was set is known
+      await painted();
+      if (this.asked !== asked) return;
       after.push(performance.now() - begun);
     }
+    this.moved = undefined;
+    this.#address();
+    this.#rest();
     const runs = [...this.runs.values()];
     const steps = runs.reduce((sum, run) => sum + Math.max(run.rows - 1, 0), 0);
     const [one, all] = after.map((time) => time.toFixed(0));
     $("#took").textContent =
       `${steps} steps in ${runs.length} ${runs.length > 1 ? "loops" : "loop"}: ` +
-      (runs.length > 1 ? `the first shown after ${one} ms, all after ${all} ms.` : `shown after ${one} ms.`);
+      (runs.length > 1 ? `the first on screen after ${one} ms, all after ${all} ms.` : `on screen after ${one} ms.`);
     [$("#live").dataset.took, $("#live").dataset.all] = after.map((time) => time.toFixed(1));
     $("#live").dataset.runs = Number($("#live").dataset.runs ?? 0) + 1;
   }
 
-  /** Run a controller's system with what is chosen; null if it was asked again meanwhile. */
-  async #run(controller) {
+  /** Run a controller's system with what is chosen; null if it was asked again before it began. */
+  async #run(controller, number) {
     const { controls, values, settings } = this.panel;
     const system = this.system(controller);
     const set = this.loops.set(system, controls, values);
     const run = await this.loops.run(controller, system, set, settings);
     if (!run) return null;
     run.set = set;
-    run.of = this.ticket;
+    run.number = number;
     run.error ??= run.rows ? errors(run.column, run.rows) : {};
     run.score ??= score(run, this.data.judged);
     return run;
+  }
+
+  /** Let the address of the page tell what is chosen. */
+  #address() {
+    history.replaceState(null, "", this.panel.hash || location.pathname + location.search);
   }
 
   get focused() {
@@ -94,8 +110,8 @@ export class LivePage {
       [...this.runs].map(([controller, one]) => ({
         label: this.data.controllers[controller],
         values: values(one),
-        colour: this.lines.indexOf(controller),
-        dash: this.lines.indexOf(controller),
+        colour: this.data.lines[controller],
+        dash: this.data.lines[controller],
       }));
     for (const axis of AXES) {
       const scaled = (one) => (axis === "psi" ? one.error.psi?.map((e) => e * DEGREES) : one.error[axis]) ?? [];
@@ -105,7 +121,13 @@ export class LivePage {
     }
     this.#table();
     this.#command(run);
-    clearTimeout(this.later); // the rest when the hand rests: a picture takes as long as a run where there is no GPU
+  }
+
+  /** Draw the rest when the hand rests: a picture takes longer than a run where there is no GPU. */
+  #rest() {
+    clearTimeout(this.later);
+    const run = this.focused;
+    if (!run?.rows) return;
     this.later = setTimeout(
       () => {
         this.#details(run);
@@ -151,6 +173,20 @@ export class LivePage {
         dash: i > 3 ? DOTTED : SOLID,
       })),
     });
+    const valid = run.column("passive_arm.eta_m_valid");
+    const measured = (axis) => {
+      const [given, true_] = [run.column(`passive_arm.eta_m.${axis}`), run.column(`rov_plant.eta.${axis}`)];
+      return Array.from(given, (value, i) => (valid[i] ? wrapped(value - true_[i]) * SCALE[axis] : undefined));
+    };
+    for (const [name, axes, unit] of [
+      ["measured", ["x", "y", "z"], "mm"],
+      ["measured-psi", ["psi"], "degrees"],
+    ])
+      this.plots.draw($(`#plot-${name}`), {
+        title: `Measured less true ${axes.length > 1 ? "position" : "yaw"} in ${unit}, where there is a measurement`,
+        time: run.time,
+        series: axes.map((axis, i) => ({ label: axis, values: measured(axis), colour: axes.length > 1 ? i : 2, dash: SOLID })),
+      });
     const reach = run.column("passive_arm.reach");
     this.plots.draw($("#plot-reach"), {
       title: "Reach of the arm in m, and the length of its links",
@@ -163,6 +199,8 @@ export class LivePage {
   }
 
   #table() {
+    const left = Math.max(OLD - (performance.now() - this.moved), 0);
+    const newest = Math.max(...[...this.runs.values()].map(({ number }) => number));
     const rows = [...this.runs].map(([controller, run]) => {
       const { verdict, reason, settling, axes } = run.score;
       const cell = (axis, key) => {
@@ -174,8 +212,8 @@ export class LivePage {
       const label = this.data.controllers[controller];
       const checked = controller === this.panel.focus ? "checked" : "";
       return (
-        `<tr data-controller="${controller}" class="${run.of === this.ticket ? "" : "old"}"><th scope="row"><label><input type="radio" name="focus" value="${controller}" ${checked}>` +
-        `<svg class="key" viewBox="0 0 34 8" aria-hidden="true"><line class="line-${this.lines.indexOf(controller)}" x1="1" x2="33" y1="4" y2="4"/></svg>` +
+        `<tr data-controller="${controller}" ${run.number === newest ? "" : `class="old" style="animation-delay: ${left}ms"`}><th scope="row"><label><input type="radio" name="focus" value="${controller}" ${checked}>` +
+        `<svg class="key" viewBox="0 0 34 8" aria-hidden="true"><line class="line-${this.data.lines[controller]}" x1="1" x2="33" y1="4" y2="4"/></svg>` +
         `${label}</label></th>` +
         `<td class="verdict ${verdict}" title="${reason}">${verdict}</td><td>${settled}</td>` +
         cells.map((text) => `<td>${text}</td>`).join("") +
@@ -187,7 +225,8 @@ export class LivePage {
       input.addEventListener("change", () => {
         this.panel.focus = input.value;
         this.#draw();
-        history.replaceState(null, "", this.panel.hash || location.pathname + location.search);
+        this.#rest();
+        this.#address();
         document.querySelector(`#results input[value="${input.value}"]`).focus();
       });
     $("#strip").innerHTML = [...this.runs]
@@ -222,6 +261,15 @@ export class LivePage {
     this.plots.at(time);
     if (this.picture?.of && this.focused?.rows) motion(this.picture, this.focused, time);
   }
+}
+
+/** Wait until what was drawn is on screen: a message comes after the frame. */
+function painted() {
+  const { port1, port2 } = new MessageChannel();
+  return new Promise((resolve) => {
+    port1.onmessage = resolve;
+    requestAnimationFrame(() => port2.postMessage(null));
+  });
 }
 
 async function copy(text, button) {

@@ -43,7 +43,7 @@ export class Panel {
 
   /** How much heavier the vehicle is than the paper's: forces go with it. */
   get scale() {
-    const mass = this.loops.own(this.data.systems[this.vehicle].adaptive_pd, "rov_plant.mass");
+    const mass = this.loops.own(Object.values(this.data.systems[this.vehicle])[0], "rov_plant.mass");
     return Number((mass / 80).toPrecision(2));
   }
 

@@ -3,9 +3,9 @@
 const [FEW, LONG] = [6, 45]; // so many frames of so many ms are slow
 
 export class Player {
-  /** `show` is called with the time in s whenever it changes, `slow` when frames take long. */
-  constructor(element, show, slow) {
-    Object.assign(this, { show, slow });
+  /** `show` is called with the time in s whenever it changes; `picture`, if there is one, is told when it plays. */
+  constructor(element, show, picture) {
+    Object.assign(this, { show, picture });
     this.stop = 1;
     this.time = 0;
     this.playing = false;
@@ -38,6 +38,7 @@ export class Player {
     if (on === this.playing) return;
     this.playing = on;
     this.button.textContent = on ? "Pause" : "Play";
+    this.picture?.play(on);
     if (!on) return;
     if (this.time >= this.stop) this.time = 0;
     this.last = undefined;
@@ -51,7 +52,7 @@ export class Player {
     if (this.last !== undefined) this.frames.push(passed.toFixed(1));
     this.element.dataset.frames = this.frames.slice(-100).join(" ");
     this.last = now;
-    if (this.frames.length >= FEW && this.frames.length % FEW === 0 && this.frames.slice(-FEW).every((ms) => ms > LONG)) this.slow();
+    if (this.frames.length >= FEW && this.frames.length % FEW === 0 && this.frames.slice(-FEW).every((ms) => ms > LONG)) this.picture?.coarser();
     this.seek(this.time + (Math.min(passed, 250) / 1000) * Number(this.speed.value));
     if (this.time >= this.stop) this.toggle(false);
     else requestAnimationFrame((next) => this.#frame(next));

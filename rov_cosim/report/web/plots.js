@@ -19,9 +19,11 @@ export class Plots {
    */
   draw(element, { title, time, series, band }) {
     const shape = series.map(({ label, colour, dash }) => `${label} ${colour} ${dash}`).join();
-    const data = [time, ...series.map(({ values }) => values)];
+    const curves = [time, ...series.map(({ values }) => values)];
+    const data = thinned(curves, size(element).width);
     const known = this.plots.get(element);
     if (known?.shape === shape && known.scheme === scheme()) {
+      known.curves = curves;
       known.plot.setData(data);
       this.#move(known);
       return;
@@ -67,7 +69,7 @@ export class Plots {
     };
     plot.over.addEventListener("pointerdown", drag);
     plot.over.addEventListener("pointermove", drag);
-    const made = { plot, hair, shape, scheme: scheme(), element };
+    const made = { plot, hair, curves, shape, scheme: scheme(), element };
     this.plots.set(element, made);
     this.#move(made);
   }
@@ -85,10 +87,37 @@ export class Plots {
   #resize() {
     for (const made of this.plots.values()) {
       const wanted = size(made.element);
-      if (wanted.width !== made.plot.width) made.plot.setSize(wanted);
+      if (wanted.width !== made.plot.width) {
+        made.plot.setData(thinned(made.curves, wanted.width), false);
+        made.plot.setSize(wanted);
+      }
       this.#move(made);
     }
   }
+}
+
+/**
+ * Return curves over one time with a point a pixel at most: of every two pixels the least and the greatest value, in their
+ * order. A dashed line of many points a pixel takes longer to draw than to compute.
+ */
+function thinned([time, ...curves], width) {
+  const rows = time.length;
+  const bins = Math.ceil(width / 2);
+  if (rows <= 2 * bins) return [time, ...curves];
+  const begins = Array.from({ length: bins + 1 }, (_, k) => Math.floor((k * rows) / bins));
+  const thin = (values) => {
+    const kept = [];
+    for (let k = 0; k < bins; k++) {
+      let [least, greatest] = [begins[k], begins[k]];
+      for (let i = begins[k]; i < begins[k + 1]; i++) {
+        if (values[i] < (values[least] ?? Infinity)) least = i;
+        if (values[i] > (values[greatest] ?? -Infinity)) greatest = i;
+      }
+      kept.push(values[Math.min(least, greatest)], values[Math.max(least, greatest)]);
+    }
+    return kept;
+  };
+  return [thin(time), ...curves.map(thin)];
 }
 
 function shade(plot, band, style) {

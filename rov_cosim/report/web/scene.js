@@ -32,12 +32,13 @@ export class Picture {
   /** Draw into an element; throws where there is no WebGL. */
   constructor(element) {
     this.element = element;
-    this.renderer = new WebGLRenderer({ antialias: true, powerPreference: "low-power" });
+    const quick = isQuick();
+    this.renderer = new WebGLRenderer({ antialias: quick, powerPreference: "low-power" });
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
     element.append(this.canvas);
-    this.fineness = 1;
+    this.fineness = this.finest = quick ? 1 : 2;
     this.scene = new Scene();
     this.scene.fog = new Fog(0, 4, 14);
     this.camera = new PerspectiveCamera(38, 1, 0.05, 60);
@@ -222,11 +223,17 @@ export class Picture {
   #resize() {
     const { clientWidth, clientHeight } = this.element;
     if (!clientWidth || !clientHeight) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * this.fineness);
+    this.renderer.setPixelRatio(Math.min(Math.min(devicePixelRatio, 2) * this.fineness, 2));
     this.renderer.setSize(clientWidth, clientHeight);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
     if (this.now) this.render();
+  }
+
+  /** Draw a pixel of the screen by one while it plays, and as fine as can be when it stands. */
+  play(on) {
+    this.fineness = on ? 1 : this.finest;
+    this.#resize();
   }
 
   /** Draw fewer pixels, where frames take long. */
@@ -249,6 +256,13 @@ export class Picture {
   render() {
     this.renderer.render(this.scene, this.camera);
   }
+}
+
+/** Tell whether there is a GPU: without one, smooth edges take as long as all else, and are for a picture that stands. */
+function isQuick() {
+  const context = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true });
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return context !== null;
 }
 
 function place(object, [x, y, z, phi, theta, psi]) {

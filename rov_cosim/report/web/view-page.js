@@ -9,7 +9,7 @@ export class ViewPage {
   constructor(data, picture) {
     this.picture = picture;
     this.plots = new Plots((time) => this.player.seek(time));
-    this.player = new Player(document.querySelector(".player"), (time) => this.#show(time), () => this.picture?.coarser());
+    this.player = new Player(document.querySelector(".player"), (time) => this.#show(time), picture);
     this.#take(data);
   }
 
