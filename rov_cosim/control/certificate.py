@@ -118,7 +118,7 @@ class Certificate:
         below, speeds = np.nan, np.linspace(0.0, FASTEST, _SPEEDS)
         for speed in speeds:
             if left(speed) <= 0:
-                return float(brentq(left, below, speed, xtol=1e-4)) if speed else np.nan
+                return float(brentq(left, below, speed, xtol=5e-4)) if speed else np.nan
             below = speed
         return np.inf
 
