@@ -16,8 +16,19 @@ from rov_cosim.study.looped import loop_of
 from rov_cosim.study.matrix import wired
 from rov_cosim.systems.catalogue import SYSTEMS
 
-LONGEST = ("handover_check", "stamp", "native", "handover", "runs", "handover_importers", "ssp_writer", "quality")
-"""The files that take longest; the second builds nothing that the first builds at the same time."""
+LONGEST = (
+    "fuzz",
+    "binaries",
+    "handover_check",
+    "stamp",
+    "native",
+    "handover",
+    "runs",
+    "handover_importers",
+    "ssp_writer",
+    "quality",
+)
+"""The files that take longest, the slow tests first; the third and fourth build nothing of the same at a time."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

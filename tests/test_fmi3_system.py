@@ -154,6 +154,22 @@ def test_a_signal_is_an_array_unless_it_is_connected(built):
     assert set(shown) == {"coupling", "time"}
 
 
+def test_each_terminal_of_an_element_has_its_signals_as_the_elements_own_fmu_has(built, fmi3_fmus):
+    def terminals(path):
+        root = etree.fromstring(archive.read(path)["terminalsAndIcons/terminalsAndIcons.xml"])
+        return {t.get("name"): [(m.get("memberName"), m.get("variableName")) for m in t] for t in root.iter("Terminal")}
+
+    shown = {variable.name for variable in read_model_description(str(built()[3])).modelVariables}
+    expected = {}
+    for element, component in SYSTEMS[NAME].elements.items():
+        for name, members in terminals(fmi3_fmus[component]).items():
+            named = [(key, f"{element}.{variable}") for key, variable in members]
+            if shown.issuperset(variable for _, variable in named):
+                expected[f"{element}.{name}"] = named
+    assert {"rov_plant.pose", "rov_plant.velocity", "controller.thrusters"} <= expected.keys()
+    assert terminals(built()[3]) == expected
+
+
 def test_a_saved_state_goes_on_to_the_last_bit(system):
     one, other = system(), system()
     for each in (one, other):

@@ -20,8 +20,6 @@ from rov_cosim.systems.catalogue import SYSTEMS
 from typed import call
 
 LOCKED, FREE = "station_keeping", "bluerov2"
-NO_EFFECT = "equations.rates: np.diag(free) @ M @ np.diag(free) + np.diag(1 - free)"
-"""The one sign that changes nothing: no force acts on what the other sign makes of the inertia of a locked axis."""
 AT_ONCE = 1e-7
 """Time in s over which the way of the pose is looked at."""
 LATER = 0.01
@@ -77,12 +75,13 @@ def test_a_plant_that_runs_is_judged_as_its_equations_are(fmus):
 MODULES = {"frames": frames, "vehicle": vehicle, "equations": equations}
 DYNAMICS = {
     "frames": ("skew", "rotation", "jacobian", "_block_diagonal"),
-    "vehicle": ("mass_matrix", "coriolis", "wrench", "restoring", "disturbance_map", "allocation_matrix", "limited"),
+    "vehicle": ("mass_matrix", "coriolis", "wrench", "restoring", "allocation_matrix", "limited"),
     "equations": (
         "inertia",
         "unknown_forces",
         "resistance",
         "disturbance",
+        "mobility",
         "rates",
         "thrust_after",
         "thruster_wrenches",
@@ -124,7 +123,7 @@ MUTANTS = {f"{module}.{where}": (module, tree) for module in MODULES for tree, w
 @pytest.mark.parametrize("mutant", MUTANTS)
 def test_each_sign_that_is_turned_is_told(judged, mutant):
     said = judged(FREE, code_of(*MUTANTS[mutant]))
-    assert bool(said) == (mutant != NO_EFFECT), said
+    assert said
     assert all(line.startswith("rov_plant: ") for line in said)
 
 

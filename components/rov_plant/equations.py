@@ -17,7 +17,6 @@ from ..vehicle import (
     allocation_matrix,
     coriolis,
     degrees_of_freedom,
-    disturbance_map,
     limited,
     mass_matrix,
     restoring,
@@ -36,8 +35,8 @@ def inertia(p: SimpleNamespace) -> Any:
 def unknown_forces(eta: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
     """Return the body wrench, shape (6,), of excess buoyancy, umbilical and arm (-d_V: Hoang & Kreuzer 2007, eq. 1)."""
     to_body = rotation(eta[3:6]).T
-    further = wrench(p.r_C, to_body @ u.F_umbilical) + wrench(p.r_A, to_body @ u.F_arm)
-    return disturbance_map(eta, p.r_B, p.r_C, p.r_A) @ p.forces + further
+    F_C, F_A = p.forces[1:4] + u.F_umbilical, p.forces[4:7] + u.F_arm
+    return wrench(p.r_B, to_body[:, 2] * p.forces[0]) + wrench(p.r_C, to_body @ F_C) + wrench(p.r_A, to_body @ F_A)
 
 
 def resistance(nu_r: Any, M: Any, p: SimpleNamespace) -> Any:
@@ -51,19 +50,22 @@ def disturbance(eta: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
     return unknown_forces(eta, u, p) - resistance(still, inertia(p), p)
 
 
+def mobility(M: Any, p: SimpleNamespace) -> Any:
+    """Return the inverse of M, shape (6, 6), without the rows and columns of locked degrees of freedom, which are 0."""
+    free = np.diag(degrees_of_freedom(1 - p.lock_roll_pitch))
+    return free @ np.linalg.solve(free @ M @ free + np.eye(6) - free, free)
+
+
 def rates(eta: Any, nu: Any, tau: Any, M: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
     """Return [eta' nu'], shape (12,), under the thruster wrench tau, shape (6,), with M from `inertia`.
 
-    This is Hoang & Kreuzer 2007, eq. 1, in a current, solved for nu'.
+    This is Hoang & Kreuzer 2007, eq. 1, in a current, solved for nu' = nu_r' + nu_c'.
     """
     current = rotation(eta[3:6]).T @ u.current
     nu_r = np.concatenate([nu[0:3] - current, nu[3:6]])
     current_rate = np.concatenate([-skew(nu[3:6]) @ current, np.zeros(3)])
     forces = tau + unknown_forces(eta, u, p) - resistance(nu_r, M, p) - restoring(eta, p.mass, p.g, p.r_G, p.r_B)
-    # Locked degrees of freedom drop out: their rows and columns of M become those of the identity, their force zero.
-    free = degrees_of_freedom(1 - p.lock_roll_pitch)
-    M_free = np.diag(free) @ M @ np.diag(free) + np.diag(1 - free)
-    return np.concatenate([jacobian(eta) @ nu, np.linalg.solve(M_free, free * (forces + M @ current_rate))])
+    return np.concatenate([jacobian(eta) @ nu, mobility(M, p) @ forces + current_rate])
 
 
 def thrust_after(s: Any, thrust: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:

@@ -3,7 +3,7 @@
 A value reference is that of the first element in FMI 2.0; the elements follow it.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from io import BytesIO
 
 import numpy as np
@@ -72,21 +72,30 @@ def to_xml(description: ModelDescription) -> bytes:
     return _written(root)
 
 
-def terminals(signals: Iterable[Signal] = ()) -> bytes:
-    """Return the terminalsAndIcons.xml of inputs and outputs, with those of `TERMINALS` that they make."""
+def terminals(signals: Iterable[Signal], element: str = "") -> dict[str, dict[str, str]]:
+    """Return the terminals that inputs and outputs make, of a component or of an element of a system.
+
+    Each is the names of its variables by the key of `TERMINALS` under which it has them.
+    """
+    prefix = f"{element}." if element else ""
+    ports = {TAKEN_FOR.get(signal.key, signal.key): prefix + signal.name for signal in signals}
+    made = {name: keys for name, keys in TERMINALS.items() if ports.keys() >= set(keys)}
+    return {prefix + name: {key: ports[key] for key in keys} for name, keys in made.items()}
+
+
+def terminals_and_icons(made: Mapping[str, Mapping[str, str]]) -> bytes:
+    """Return the terminalsAndIcons.xml with some `terminals`."""
     root = etree.Element("fmiTerminalsAndIcons", fmiVersion=VERSION)
     picture = etree.SubElement(root, "GraphicalRepresentation")
     etree.SubElement(picture, "CoordinateSystem", **_EXTENT, suggestedScalingFactorTo_mm="0.1")
     etree.SubElement(picture, "Icon", **_EXTENT)
-    ports = {TAKEN_FOR.get(signal.key, signal.key): signal.name for signal in signals}
-    made = {name: keys for name, keys in TERMINALS.items() if ports.keys() >= set(keys)}
-    if made:
+    if made:  # the schema has no empty list
         listed = etree.SubElement(root, "Terminals")
-        for name, keys in made.items():
+        for name, members in made.items():
             terminal = etree.SubElement(listed, "Terminal", name=name, matchingRule="plug")
-            for key in keys:
+            for key, variable in members.items():
                 etree.SubElement(
-                    terminal, "TerminalMemberVariable", variableName=ports[key], memberName=key, variableKind="signal"
+                    terminal, "TerminalMemberVariable", variableName=variable, memberName=key, variableKind="signal"
                 )
     return _written(root)
 

@@ -100,19 +100,22 @@ def _entries(component: Component, code: Mapping[str, bytes]) -> dict[str, bytes
 def _entries_of_3(component: Component, code: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return the same for FMI 3.0."""
     pages = documentation.entries(component, ["rov-cosim"], documentation.array)
-    listed = component.inputs + component.outputs
-    return entries_of_3(fmi3_description.describe(component), code, pages, fmi3_description.terminals(listed))
+    made = fmi3_description.terminals(component.inputs + component.outputs)
+    return entries_of_3(fmi3_description.describe(component), code, pages, made)
 
 
 def entries_of_3(
-    description: ModelDescription, code: Mapping[str, bytes], pages: Mapping[str, bytes], terminals: bytes
+    description: ModelDescription,
+    code: Mapping[str, bytes],
+    pages: Mapping[str, bytes],
+    terminals: Mapping[str, Mapping[str, str]],
 ) -> dict[str, bytes]:
     """Return the content of an FMU of FMI 3.0 but for its binaries: of its sources, pages with icon, and terminals."""
     listed = sorted(name for name in code if name.endswith(".c") and "/" not in name)
     rest = dict(pages)
     return {
         "modelDescription.xml": fmi3_description.to_xml(description),
-        "terminalsAndIcons/terminalsAndIcons.xml": terminals,
+        "terminalsAndIcons/terminalsAndIcons.xml": fmi3_description.terminals_and_icons(terminals),
         "terminalsAndIcons/icon.png": rest.pop("model.png"),
         "sources/buildDescription.xml": fmi3_description.build(description.coSimulation.modelIdentifier, listed),
         "sources/recipe.txt": zig.recipe(3).encode(),

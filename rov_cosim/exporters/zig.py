@@ -24,18 +24,6 @@ _STANDARD_HEADERS = {
     3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
 }
 
-TARGETS = {
-    "linux64": ("x86_64-linux-gnu.2.17",),
-    "win64": ("x86_64-windows-gnu",),
-    "darwin64": ("x86_64-macos.11.0", "aarch64-macos.11.0"),
-    "aarch64-linux": ("aarch64-linux-gnu.2.17",),
-    "aarch64-windows": ("aarch64-windows-gnu",),
-}
-"""What each platform of FMI 2.0 is compiled for, which calls others than those of x86 by the tuples of FMI 3.0.
-
-Several targets go into one universal binary.
-"""
-
 TUPLES = {
     "x86_64-linux": ("x86_64-linux-gnu.2.17",),
     "aarch64-linux": ("aarch64-linux-gnu.2.17",),
@@ -46,12 +34,28 @@ TUPLES = {
 }
 """What each platform of FMI 3.0 is compiled for."""
 
+TARGETS = {
+    "linux64": TUPLES["x86_64-linux"],
+    "win64": TUPLES["x86_64-windows"],
+    "darwin64": (*TUPLES["x86_64-darwin"], *TUPLES["aarch64-darwin"]),
+    "aarch64-linux": TUPLES["aarch64-linux"],
+    "aarch64-windows": TUPLES["aarch64-windows"],
+}
+"""What each platform of FMI 2.0 is compiled for, which calls others than those of x86 by the tuples of FMI 3.0.
+
+Several targets go into one universal binary.
+"""
+
 PLATFORMS: Mapping[int, Mapping[str, tuple[str, ...]]] = {2: TARGETS, 3: TUPLES}
 """The platforms of each version of FMI."""
 
-SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}
-SUFFIXES |= {"x86_64-linux": ".so", "x86_64-windows": ".dll", "x86_64-darwin": ".dylib"}
-SUFFIXES |= {"aarch64-linux": ".so", "aarch64-windows": ".dll", "aarch64-darwin": ".dylib"}
+_SUFFIX = {"linux": ".so", "windows": ".dll", "macos": ".dylib"}
+SUFFIXES = {
+    platform: _SUFFIX[targets[0].split("-")[1].split(".")[0]]
+    for names in PLATFORMS.values()
+    for platform, targets in names.items()
+}
+"""How the name of a library ends on each platform."""
 _MACOS = {"darwin": "macos"}
 
 # Without contraction a product and a sum round twice on every machine, as they do in NumPy.

@@ -7,6 +7,7 @@ from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,31 +73,53 @@ class _Loop(Structure):
     )
 
 
-class InC:
-    """Advances the slaves of an exchange in C, as `exchange.InPython` does in Python."""
+class _Tables:
+    """What goes on between the slaves of an exchange, whatever instances of theirs there are."""
 
-    def __init__(self, library: ctypes.CDLL, exchange: Exchange, steps: Steps, watch: Watch) -> None:
-        self._library, self._exchange, self._watch = library, exchange, watch
-        self._slaves = (_Slave * len(exchange.slaves))()
-        for entry, slave in zip(self._slaves, exchange.slaves, strict=True):
-            entry.component = slave.fmu.component
-            entry.parts, entry.every = slave.rate
+    def __init__(self, exchange: Exchange) -> None:
+        self.slaves = (_Slave * len(exchange.slaves))()
+        for entry, slave in zip(self.slaves, exchange.slaves, strict=True):
             entry.do_step = _address(slave.fmu.dll, "fmi2DoStep")
             for i, type_ in enumerate(TYPES):
                 entry.get[i] = _address(slave.fmu.dll, f"fmi2Get{type_}")
                 if i < len(entry.set):
                     entry.set[i] = _address(slave.fmu.dll, f"fmi2Set{type_}")
                 entry.outputs[i], entry.inputs[i] = _block(slave.outputs.get(type_)), _block(slave.inputs.get(type_))
-        copies, feeds = (_Copy * len(exchange.copies))(), (_Feed * len(exchange.feeds))()
-        for entry, copy in zip(copies, exchange.copies, strict=True):
+        self.copies, self.feeds = (_Copy * len(exchange.copies))(), (_Feed * len(exchange.feeds))()
+        for entry, copy in zip(self.copies, exchange.copies, strict=True):
             entry.sender, entry.receiver, entry.type = copy.sender, copy.receiver, TYPES.index(copy.type)
             entry.n = len(copy.to)
             entry.from_, entry.to, entry.factors = (a.ctypes.data for a in (copy.from_, copy.to, copy.factors))
-        for entry, feed in zip(feeds, exchange.feeds, strict=True):
+        for entry, feed in zip(self.feeds, exchange.feeds, strict=True):
             entry.receiver, entry.type, entry.to = feed.receiver, TYPES.index(feed.type), feed.to
-        sizes = len(self._slaves), len(copies), len(feeds), _COUPLINGS[steps.coupling], exchange.dtype.itemsize
-        tables = self._slaves, copies, feeds
-        self._loop = _Loop(*sizes, *tables, steps.start_time, steps.step, steps.must_be_finite)
+
+
+_TABLES: WeakKeyDictionary[Exchange, _Tables] = WeakKeyDictionary()
+
+
+class InC:
+    """Advances the slaves of an exchange in C, as `exchange.InPython` does in Python."""
+
+    def __init__(self, library: ctypes.CDLL, exchange: Exchange, steps: Steps, watch: Watch) -> None:
+        self._library, self._exchange, self._watch = library, exchange, watch
+        if (tables := _TABLES.get(exchange)) is None:
+            tables = _TABLES[exchange] = _Tables(exchange)
+        for entry, slave in zip(tables.slaves, exchange.slaves, strict=True):
+            entry.component = slave.fmu.component
+            entry.parts, entry.every = slave.rate
+        self._loop = _Loop(
+            len(tables.slaves),
+            len(tables.copies),
+            len(tables.feeds),
+            _COUPLINGS[steps.coupling],
+            exchange.dtype.itemsize,
+            tables.slaves,
+            tables.copies,
+            tables.feeds,
+            steps.start_time,
+            steps.step,
+            steps.must_be_finite,
+        )
 
     def settle(self, given: GivenRows) -> bool:
         """As `InPython.settle`."""

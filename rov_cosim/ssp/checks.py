@@ -2,12 +2,14 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 
 import numpy as np
+from fmpy.model_description import ModelDescription
 
 from .rates import fixed_step, rate_of
 from .values import are_alike, is_settable
-from .wiring import Element, End, Link, Wiring, suggestion, unit_factor
+from .wiring import Element, End, Link, Wiring, suggestion, unit_factor, variables_of
 
 MOST_STEPS = 10_000_000
 LONGEST_NAME = 100
@@ -23,7 +25,8 @@ def problems_of(wiring: Wiring) -> list[str]:
 
 def faults_of(wiring: Wiring) -> list[str]:
     """Return a sentence for everything that is wrong with a system in whatever times and steps it runs."""
-    return [*_element_problems(wiring), *_link_problems(wiring)]
+    form = tuple((element.name, element.description) for element in wiring.elements)
+    return [*_form_problems(form, wiring.links), *_value_problems(wiring)]
 
 
 def unit_problems(links: Iterable[Link], elements: Mapping[str, Element]) -> Iterable[str]:
@@ -36,18 +39,30 @@ def unit_problems(links: Iterable[Link], elements: Mapping[str, Element]) -> Ite
             yield f"Connection {link.source} -> {link.target}: {what}"
 
 
-def _element_problems(wiring: Wiring) -> Iterable[str]:
-    for name, times in Counter(element.name for element in wiring.elements).items():
+_Form = tuple[tuple[str, ModelDescription], ...]
+"""The elements of a system, by name and description."""
+
+
+@lru_cache(maxsize=8)  # runs of a campaign differ in values alone
+def _form_problems(form: _Form, links: tuple[Link, ...]) -> tuple[str, ...]:
+    return (*_element_problems(form), *_link_problems(form, links))
+
+
+def _element_problems(form: _Form) -> Iterable[str]:
+    for name, times in Counter(name for name, _ in form).items():
         if times > 1:
             yield f"There are {times} elements of the name {name}: give each a name of its own."
         if {*name} & {*"/\\"} or not name.isprintable() or not name.strip():
             yield f"The element name {name!r:.80} is blank, or holds a slash or what cannot be shown: rename it."
         if len(name) > LONGEST_NAME:
             yield f"The element name {name[:40]}... has {len(name)} characters; expected at most {LONGEST_NAME}."
-    for name, times in Counter(sorted(_columns(wiring))).items():
+    for name, times in Counter(sorted(_columns(form))).items():
         if times > 1:
             yield f"{name} is {times} outputs, of elements whose names have dots: rename one."
-    yield from _single_problems(wiring)
+    yield from _single_problems(form)
+
+
+def _value_problems(wiring: Wiring) -> Iterable[str]:
     for element in wiring.elements:
         for variable in element.start_values:
             if variable not in element.variables:
@@ -57,21 +72,23 @@ def _element_problems(wiring: Wiring) -> Iterable[str]:
                 yield f"{element.name}.{variable} cannot be set: it is neither a parameter nor an input, nor exact."
 
 
-def _columns(wiring: Wiring) -> Iterable[str]:
+def _columns(form: _Form) -> Iterable[str]:
     """Yield the columns of the results, elements of one name but once."""
-    for name, element in {element.name: element for element in wiring.elements}.items():
+    for name, description in dict(form).items():
         yield from (
-            f"{name}.{variable.name}" for variable in element.variables.values() if variable.causality == "output"
+            f"{name}.{variable.name}"
+            for variable in variables_of(description).values()
+            if variable.causality == "output"
         )
 
 
-def _single_problems(wiring: Wiring) -> Iterable[str]:
+def _single_problems(form: _Form) -> Iterable[str]:
     """Yield a sentence for each FMU that stands twice in a system and can be instantiated only once in a process."""
     users: dict[tuple[str, str], list[str]] = {}
-    for element in wiring.elements:
-        if element.description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
-            key = element.description.coSimulation.modelIdentifier, element.description.guid
-            users.setdefault(key, []).append(element.name)
+    for name, description in form:
+        if description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
+            key = description.coSimulation.modelIdentifier, description.guid
+            users.setdefault(key, []).append(name)
     for (model, _), names in users.items():
         if len(names) > 1:
             yield (
@@ -80,32 +97,32 @@ def _single_problems(wiring: Wiring) -> Iterable[str]:
             )
 
 
-def _link_problems(wiring: Wiring) -> Iterable[str]:
-    known = {element.name: element for element in wiring.elements}
+def _link_problems(form: _Form, links: Iterable[Link]) -> Iterable[str]:
+    known = {name: variables_of(description) for name, description in form}
     driven: dict[End, End] = {}
-    for source, target, factor in wiring.links:
+    for source, target, factor in links:
         ends = []
         where = f"Connection {source} -> {target}"
         for end, causality in ((source, "output"), (target, "input")):
-            element = known.get(end.element)
-            variable = element.variables.get(end.variable) if element else None
-            if element is None:
+            variables = known.get(end.element)
+            variable = variables.get(end.variable) if variables is not None else None
+            if variables is None:
                 yield f"{where}: there is no element {end.element}." + suggestion(end.element, known)
             elif variable is None:
-                hint = suggestion(end.variable, element.variables)
-                yield f"{where}: the FMU of {element.name} has no variable {end.variable}." + hint
+                hint = suggestion(end.variable, variables)
+                yield f"{where}: the FMU of {end.element} has no variable {end.variable}." + hint
             elif variable.causality != causality:
                 yield f"{where}: {end} is of causality {variable.causality}, not {causality}."
             else:
-                ends.append((element, variable))
+                ends.append(variable)
         if len(ends) == 2:
-            types = [variable.type for _, variable in ends]
+            types = [variable.type for variable in ends]
             if not are_alike(*types):
                 yield f"{where}: type {types[0]} does not match {types[1]}."
             elif types[0] == "String":
                 yield f"{where}: Strings are not handed on; set the parameter by its value."
-            if factor != 1 and (ends[0][1].type != "Real" or not np.isfinite(factor)):
-                yield f"{where}: the factor {factor:g} is not for a {ends[0][1].type}, or not finite."
+            if factor != 1 and (ends[0].type != "Real" or not np.isfinite(factor)):
+                yield f"{where}: the factor {factor:g} is not for a {ends[0].type}, or not finite."
         if target in driven:
             yield f"Input {target} has two sources, {driven[target]} and {source}: remove one connection."
         driven[target] = source

@@ -62,7 +62,7 @@ class Element:
     @property
     def variables(self) -> Mapping[str, ModelVariable]:
         """Variables by name."""
-        return _variables(self.description)
+        return variables_of(self.description)
 
     def runs_as(self, other: "Element") -> bool:
         """Tell whether this is another element by another path: name, content of the FMU, and all values."""
@@ -196,7 +196,8 @@ class Wiring:
 
 
 @remembered
-def _variables(description: ModelDescription) -> Mapping[str, ModelVariable]:
+def variables_of(description: ModelDescription) -> Mapping[str, ModelVariable]:
+    """Return the variables of an FMU by name."""
     return {variable.name: variable for variable in description.modelVariables}
 
 

@@ -1,5 +1,6 @@
 """The variables of a system in FMI 3.0: the signals of its elements as arrays."""
 
+from collections.abc import Sequence
 from copy import copy
 from math import prod
 from typing import NamedTuple
@@ -43,6 +44,17 @@ def arrays(layout: Layout) -> list[ModelVariable]:
             shown = rest[:1]
         rest = rest[len(shown) :]
     return variables
+
+
+def terminals(layout: Layout, variables: Sequence[ModelVariable]) -> dict[str, dict[str, str]]:
+    """Return the terminals that the `arrays` of a system make, those of each element apart."""
+    shown = {variable.name for variable in variables}
+    made: dict[str, dict[str, str]] = {}
+    for element in layout.wiring.elements:
+        component = components()[element.description.modelName]
+        ports = [s for s in component.inputs + component.outputs if f"{element.name}.{s.name}" in shown]
+        made |= fmi3_description.terminals(ports, element.name)
+    return made
 
 
 def size(variable: ModelVariable) -> int:

@@ -9,11 +9,11 @@ from urllib.parse import quote
 from fmpy.model_description import ModelVariable
 
 from ..errors import UserError
-from ..exporters import archive, c_tables, documentation, fmi3_description, model_description, zig
+from ..exporters import archive, c_tables, documentation, model_description, zig
 from ..exporters.native_export import CHECKSUMS, binary_place, checksums, entries_of_3, hand_written, kept_binaries
 from ..ssp.wiring import Element, Wiring
 from . import linking, page, tables
-from .arrays import arrays, size
+from .arrays import arrays, size, terminals
 from .description import describe, describe_3
 from .layout import Layout, laid_out
 
@@ -111,7 +111,7 @@ def _of_3(layout: Layout, name: str, units: Units) -> tuple[dict[str, bytes], di
     description = describe_3(layout, variables, name)
     own, kept = sources(layout, description.guid, units, variables)
     pages = _pages(layout, variables, units)
-    return entries_of_3(description, all_of(own, kept), pages, fmi3_description.terminals()), own, kept
+    return entries_of_3(description, all_of(own, kept), pages, terminals(layout, variables)), own, kept
 
 
 def sources(

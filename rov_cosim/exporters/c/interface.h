@@ -30,7 +30,8 @@ extern const char *const requirements[]; /* message of each margin that must be 
 extern const Notice notices[];           /* ends with a message of NULL */
 extern const char *const log_categories[]; /* those of fmi2Warning, fmi2Discard, fmi2Error; ends with NULL */
 
-/* The equations as CasADi writes them: arguments, results, and what its expressions of scalars have no use for. */
+/* The equations as CasADi writes them: arguments, results, none of them NULL, and what its expressions of scalars have no
+   use for. */
 typedef int Traced(const double **arguments, double **results, int *, double *, int);
 
 Traced model_initial_state; /* p -> x */
