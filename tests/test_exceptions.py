@@ -80,14 +80,11 @@ def worst(wiring):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("vehicle", "others"), [("hoang_kreuzer", ("thruster_lag_long",)), ("minerva", ("thruster_lag_long", "saturation"))]
-)
-def test_no_gains_are_found_that_follow_a_varying_current_and_lose_nothing(fmus, capsys, vehicle, others):
-    search = Search(vehicle, ("varying_current_2", *others))
+def test_no_gains_are_found_that_follow_a_varying_current_and_withstand_lagging_thrusters(fmus, capsys):
+    search = Search("hoang_kreuzer", ("varying_current_2", "thruster_lag_long"))
     search.run()
     with capsys.disabled():
-        print(f"\n{vehicle}: {search.tried} sets, {search.certified} certified; held in turn: {search.held}")
+        print(f"\n{search.tried} sets, {search.certified} certified; held in turn: {search.held}")
     assert search.certified > search.tried / 2
     assert search.held[0] > 0  # there are gains that follow the current
-    assert search.held[-1] == 0
+    assert search.held[1] == 0
