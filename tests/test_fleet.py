@@ -55,11 +55,15 @@ def test_the_extended_law_has_the_bandwidth_of_its_lag_in_every_axis(vehicle):
         for point in "AC"
         for axis, lever in (("x", "y"), ("y", "x"))
     )
-    for axis, share in (("x", 0.27), ("y", 0.27), ("z", 0.27), ("psi", 0.49)):
+    for axis, share in (("x", 0.3), ("y", 0.3), ("z", 0.3), ("psi", 0.54)):
         assert gamma[axis] == pytest.approx(share * M[axis] * omega**2, rel=2e-3)
-        assert gains[f"K_P.{axis}"] + gamma[axis] == pytest.approx(M[axis] * omega**2, rel=2e-3)
-        assert gains[f"K_D.{axis}"] == pytest.approx(2 * 0.7 * M[axis] * omega, rel=1e-3)
-    assert gains["epsilon_0"] * 0.27 == pytest.approx(0.17 * omega, rel=1e-3)
+        stiffness = gains[f"K_P.{axis}"] + gamma[axis]
+        assert gains[f"K_D.{axis}"] == pytest.approx(2 * 0.7 * np.sqrt(M[axis] * stiffness), rel=1e-3)
+        if axis == "psi" and vehicle.startswith("bluerov2"):  # a current would turn them else
+            assert 1.2 * M[axis] * omega**2 < stiffness < 4 * M[axis] * omega**2
+        else:
+            assert stiffness == pytest.approx(M[axis] * omega**2, rel=2e-3)
+    assert gains["epsilon_0"] * 0.3 == pytest.approx(0.17 * omega, rel=1e-3)
 
 
 @pytest.mark.parametrize("vehicle", typical(VEHICLES, "bluerov2"))
@@ -67,8 +71,7 @@ def test_the_theorem_certifies_the_extended_law_of_every_vehicle(loops, vehicle)
     found = Certificate("", loop_of(loops[vehicle, "extended"]))
     undamped, damped = (conditions[-1] for conditions in found.conditions)
     assert undamped.margin > 0
-    # BlueROV2 is at the limit with its own damping.
-    assert damped.largest > found.case.epsilon_0 * (0.999 if vehicle == "bluerov2" else 1.0)
+    assert damped.largest > found.case.epsilon_0
 
 
 def test_the_extensions_are_off_in_the_papers_columns():

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ..components.frames import pose_difference
 from ..components.interface import Sampled
@@ -13,13 +14,17 @@ from .effective import Gains, gains
 from .loop import Loop, Matrix
 from .lyapunov import Descent, Worst
 from .margins import UNSTABLE, Linear, Margin, linear
+from .softening import softening
 from .theorem import AXES, Case, Condition
 from .tuning import LOOP_STEPS, estimate_map
 
 LEARNED = 1e-6
 """Singular value of W, over the largest, below which a direction is not learned."""
 
-_HALVINGS = 4
+FASTEST = 1.0
+"""Speed in m/s of a current up to which it is sought what the yaw withstands."""
+
+_HALVINGS, _SPEEDS = 4, 11
 
 _NOISE_ALONE = {
     **dict.fromkeys(("encoder_counts", "length_resolution", "attitude_resolution", "attitude_drift_std"), 0.0),
@@ -94,20 +99,28 @@ class Certificate:
         """What the controller does near the set-point."""
         return gains(self.loop)
 
-    @property
+    @cached_property
     def current_limit(self) -> float:
-        """Speed in m/s of a current along the axis of less inertia up to which the controller holds the yaw; nan: none.
+        """Speed in m/s of a current up to which the yaw is held; inf: beyond `FASTEST`, nan: not even at 0.
 
-        The Munk moment of a yaw psi in a current U is |m_v - m_u| U^2 psi, away from the current. It takes from the
-        stiffness K, of which K_D K > m_r K_I has to be left (Hurwitz). To some 20 %: without lags, of a vehicle that is
-        held in place, and without what an estimated force adds by its lever.
+        Of the stiffness K a current leaves K - K_s (`softening`), of which K_D (K - K_s) > m_r K_I is needed (Hurwitz).
+        From wherever it comes. To some 20 %: without lags, and of a vehicle that is held in place.
         """
-        u, v, r = np.diag(self.inertia)[[0, 1, 5]]
-        damping = self.gains.K_D[5, 5] + np.asarray(self.loop.p(self.loop.plant).D_linear)[5]
-        stiffness = self.gains.stiffness[5, 5] - (r * self.gains.K_I[5, 5] / damping if damping > 0 else 0.0)
-        if u == v or stiffness <= 0:
-            return np.inf if stiffness > 0 else np.nan
-        return float(np.sqrt(stiffness / abs(v - u)))
+        p, axis = self.loop.p(self.loop.plant), 5
+        damping = self.gains.K_D[axis, axis] + np.asarray(p.D_linear)[axis]
+        integral = self.inertia[axis, axis] * self.gains.K_I[axis, axis] / damping if damping > 0 else 0.0
+        stiffness = self.gains.stiffness[axis, axis] - integral
+
+        def left(speed: float) -> float:
+            taken = softening(self.loop.law, self.loop.p(self.loop.controller), p, speed)
+            return float(np.clip((stiffness - taken) / abs(stiffness), -1.0, 1.0))
+
+        below, speeds = np.nan, np.linspace(0.0, FASTEST, _SPEEDS)
+        for speed in speeds:
+            if left(speed) <= 0:
+                return float(brentq(left, below, speed, xtol=5e-4)) if speed else np.nan
+            below = speed
+        return np.inf
 
     @property
     def inertia(self) -> Matrix:

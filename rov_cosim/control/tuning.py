@@ -9,6 +9,11 @@ Near the set-point the adaptive law is a PID with these three gains: its estimat
 stiffens, and of the error. A controller that integrates the error alone has K_P and K_I in the place of the first and
 the third.
 
+In yaw a current takes K_s of the stiffness (`softening`), and at least half of the rule's is to be left. What is
+wanting is added to K_P, and K_D follows the bandwidth that the yaw has then, up to twice omega:
+
+    K_P + W Gamma W^T = M omega_psi^2,    K_D = 2 zeta M omega_psi,    omega_psi^2 = max(omega^2, K_s / M + omega^2 / 2)
+
 The rule needs of a controller's component only what it declares: K_P and K_D, and K_I, or Gamma and epsilon_0 with a
 state theta_hat. W is read off its own output `disturbance`, whatever columns it has.
 """
@@ -32,6 +37,12 @@ ADAPTED_SHARE = 0.2
 
 INTEGRAL_SHARE = 0.1
 """The integral gain over the stiffness, as a share of omega (Fossen 2011, section 12.2)."""
+
+MOST_IN_YAW = 2.0
+"""The bandwidth of yaw against a current over omega, at most: the lag leaves 30 deg of phase then."""
+
+LEFT_IN_CURRENT = 0.5
+"""Of the stiffness in yaw, what a current has to leave; an integral needs M K_I / K_D of it (Hurwitz), 0.07 to 0.22."""
 
 DIGITS = 4
 """Significant digits of a gain."""
@@ -73,12 +84,14 @@ class Rule:
     damping : the damping ratio zeta.
     integral : the integral gain over omega and the stiffness.
     adapted : W Gamma W^T over the stiffness; the larger, the smaller is epsilon_0 for the same integral gain.
+    current : speed in m/s of a current in which the yaw keeps enough of its stiffness.
     """
 
     bandwidth: float = 0.2
     damping: float = 0.7
     integral: float = INTEGRAL_SHARE
     adapted: float = ADAPTED_SHARE
+    current: float = 0.25
 
     def omega(self, timing: Timing) -> float:
         """Return the bandwidth in rad/s."""
@@ -133,6 +146,25 @@ def tuned(
         if signal.key in gains
         for name, value in zip(signal.names, gains[signal.key].tolist(), strict=True)
     }
+
+
+def stiffened(gains: Mapping[str, float], softening: float, inertia: float, omega: float) -> dict[str, float]:
+    """Return gains that make up in yaw for what a current takes of the stiffness.
+
+    Parameters
+    ----------
+    gains : by the rule, by name.
+    softening : K_s in N m/rad.
+    inertia : M of yaw in kg m^2.
+    omega : the bandwidth in rad/s.
+    """
+    stiffness = inertia * omega**2
+    added = np.clip(softening - (1 - LEFT_IN_CURRENT) * stiffness, 0.0, (MOST_IN_YAW**2 - 1) * stiffness)
+    changed = {
+        "K_P.psi": gains["K_P.psi"] + added,
+        "K_D.psi": gains["K_D.psi"] * np.sqrt(1 + added / stiffness),
+    }
+    return {**gains, **{name: float(f"{value:.{DIGITS}g}") for name, value in changed.items()}}
 
 
 def earth_inertia(inertia: ArrayLike) -> NDArray[np.float64]:

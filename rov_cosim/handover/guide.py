@@ -6,7 +6,7 @@ from importlib.resources import files
 
 from ..components.cases import Case
 from ..components.interface import Component, Sampled, Signal
-from ..control.tuning import TuningError, earth_inertia, tuned
+from ..control.tuning import MOST_IN_YAW, TuningError, earth_inertia
 from ..exporters import native_export
 from ..exporters.documentation import names, readme
 from ..exporters.model_description import literal
@@ -89,7 +89,7 @@ def _gains(component: Component) -> str:
     timing, rule = fleet.timing_of(component.name), fleet.rule_of(component.name)
     try:
         assert isinstance(component, Sampled)
-        gains = {v: tuned(component, fleet.inertia(p), fleet.shared(component, p), timing, rule) for v, p in of.items()}
+        gains = {v: fleet.by_rule(component, p, timing, rule) for v, p in of.items()}
     except TuningError:
         return ""
     rows = {f"`{name}`": [gains[v][name] for v in of] for name in next(iter(gains.values()))}
@@ -107,6 +107,8 @@ def _gains(component: Component) -> str:
         filter=1e3 * timing.filter_time_constant,
         bandwidth=rule.bandwidth,
         omega=rule.omega(timing),
+        current=rule.current,
+        most=MOST_IN_YAW,
         rule=by_hand.format(
             adapted=rule.adapted,
             left=1 - rule.adapted,

@@ -149,9 +149,11 @@ def work_lines(certificate: Certificate) -> Iterator[str]:
     if np.isfinite(certificate.thrust_noise):
         share = f", {100 * certificate.thrust_noise / limit:.0f} % of the limit" if np.isfinite(limit) else ""
         yield f"Noise moves the noisiest thruster by {certificate.thrust_noise:.3g} N rms{share}."
-    if np.isfinite(certificate.current_limit):
+    if np.isnan(certificate.current_limit):
+        yield "The yaw is SOFTER than what its loads turn it by: it may sway in still water."
+    elif np.isfinite(certificate.current_limit):
         yield (
-            f"Yaw is stiffer than the Munk moment of a current up to about {certificate.current_limit:.2g} m/s; in a "
+            f"Yaw is stiff enough for a current of up to about {certificate.current_limit:.2g} m/s from anywhere; in a "
             f"quicker one it may sway."
         )
     if certificate.is_adaptive:

@@ -39,6 +39,13 @@ _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
 @click.option("--damping", type=_POSITIVE, default=Rule.damping, show_default=True, help="Damping ratio.")
 @click.option("--bandwidth", type=_POSITIVE, default=Rule.bandwidth, show_default=True, help="omega times the lag.")
 @click.option(
+    "--current",
+    type=click.FloatRange(min=0),
+    default=Rule.current,
+    show_default=True,
+    help="Speed in m/s of the current in which the yaw has to be held.",
+)
+@click.option(
     "-o",
     "--output",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -66,6 +73,7 @@ def command(
     sample_time: float | None,
     damping: float,
     bandwidth: float,
+    current: float,
     output: Path | None,
     alone: Path | None,
     plot: Path | None,
@@ -81,7 +89,7 @@ def command(
     timing = Timing(
         sample_time or float(own["sample_time"]), filter_time_constant or float(own["filter_time_constant"]), lag, delay
     )
-    rule = replace(fleet.rule_of(controller), bandwidth=bandwidth, damping=damping)
+    rule = replace(fleet.rule_of(controller), bandwidth=bandwidth, damping=damping, current=current)
     gains = fleet.tuned_for(controller, plant, timing, rule)
     of_loop: dict[str, Any] = {
         f"{CONTROLLER}.filter_time_constant": filter_time_constant,
