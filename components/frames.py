@@ -64,7 +64,7 @@ def jacobian(eta: Any) -> Any:
     """Return J(eta), shape (6, 6), with eta' = J nu; singular at |theta| = pi/2 (Fossen 1994, chapter 2)."""
     phi, theta = eta[3], eta[4]
     cos = np.cos(theta)
-    tan = np.sin(theta) / cos
+    tan = np.sin(theta) / cos  # both are there by the rotation
     T = [1.0, np.sin(phi) * tan, np.cos(phi) * tan, 0.0, np.cos(phi), -np.sin(phi)]
     T += [0.0, np.sin(phi) / cos, np.cos(phi) / cos]
     return _block_diagonal(rotation(eta[3:6]), np.reshape(array(T), (3, 3)))

@@ -200,5 +200,5 @@ def test_a_missing_module_is_told_with_the_command_that_brings_it(short, tmp_pat
     arguments = ["campaign", str(short), "--output", str(tmp_path)]
     done = subprocess.run([sys.executable, "-c", script, *arguments], capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    told = "Error: Campaigns need distributed, which is not installed: pip install distributed pyarrow scipy\n"
+    told = "Error: Campaigns need distributed, which is not installed: pip install distributed pyarrow\n"
     assert done.stderr == told

@@ -40,7 +40,7 @@ class Search:
     def __init__(self, vehicle, cells):
         self._plant, self._wiring = fleet.parameters_of(vehicle), wire(fleet.holding(vehicle, "extended"))
         self._cells = [Changes(troubles=(cell,)).applied(self._wiring) for cell in cells]
-        self.tried, self.best, self.certified, self.held = 0, (np.inf, ()), 0, [0] * len(cells)
+        self.tried, self.certified, self.held = 0, 0, [0] * len(cells)
 
     def run(self):
         now = (0.2, 0.7, fleet.RULE.adapted, 0.5, 0.15)
@@ -65,7 +65,6 @@ class Search:
             self.held[i] += 1
         else:
             found = 0.0
-        self.best = min(self.best, (found, tuple(figures)))
         return found
 
 

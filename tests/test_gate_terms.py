@@ -117,7 +117,19 @@ def code_of(module, tree):
     return own
 
 
-MUTANTS = {f"{module}.{where}": (module, tree) for module in MODULES for tree, where in signs(module)}
+def mutants():
+    """Return all by module and place; what stands twice in a function has a number."""
+    found = {}
+    for module in MODULES:
+        for tree, where in signs(module):
+            name, n = f"{module}.{where}", 2
+            while name in found:
+                name, n = f"{module}.{where} ({n})", n + 1
+            found[name] = module, tree
+    return found
+
+
+MUTANTS = mutants()
 
 
 @pytest.mark.parametrize("mutant", MUTANTS)

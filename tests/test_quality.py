@@ -147,7 +147,7 @@ INSTALLED = (
     ("handover", "pid", "--this-platform"),
     ("tune", "bluerov2", "--controller", "pid", "--alone", "mine.ssv"),
 )
-EXTRAS = "casadi,distributed,pyarrow,scipy,ziglang"
+EXTRAS = "casadi,distributed,pyarrow,ziglang"
 DATA = {
     *(f"rov_cosim/systems/vehicles/{vehicle}.ssv" for vehicle in VEHICLES),
     *(f"rov_cosim/{file.relative_to(ROOT)}" for file in (ROOT / "systems" / "gates").iterdir() if file.suffix != ".md"),

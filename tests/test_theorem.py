@@ -121,7 +121,7 @@ EXTENDED = DAMPED._replace(
     epsilon_0=0.56,
     alpha=0.5,
 )
-"""Nearly the BlueROV2 Heavy by the extended law: much quadratic damping, which counts far from the set-point alone."""
+"""A small vehicle by the extended law: much quadratic damping, which counts far from the set-point alone."""
 
 
 def test_the_vehicles_own_damping_does_not_undo_the_bound_by_axes():

@@ -1,6 +1,6 @@
 """Gains by the rule: what they promise by hand, as a file from the command to a run, and vehicles that hold by them."""
 
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 
 import numpy as np
@@ -191,7 +191,7 @@ def test_a_vehicle_sways_in_a_current_that_takes_the_stiffness_of_its_yaw(fmus, 
         in_current = Changes(troubles=("current",)).applied(changed)
         assert (Certificate("", loop_of(changed)).current_limit < current) == bare
         assert score(simulate(in_current), in_current).verdict == ("oscillates" if bare else "held")
-        with suppress(LoopError):  # none: no pose at which it could rest
+        with suppress(LoopError) if bare else nullcontext():  # none: no pose at which it could rest
             unstable = [m.axis for m in Certificate("", loop_of(in_current)).linear.modes() if abs(m.eigenvalue) > 1]
             assert ("psi" in unstable) == bare
 

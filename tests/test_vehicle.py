@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from rig import parameters
+from rig import inputs, parameters
 from rov_cosim.components import frames, vehicle
 from rov_cosim.components.rov_plant import COMPONENT as PLANT
+from rov_cosim.components.rov_plant.equations import unknown_forces
 
 RANDOM = np.random.default_rng(1)
 MASS, R_G = 80.0, np.array([0.05, -0.02, -0.08])
@@ -86,6 +87,8 @@ def test_disturbance_wrench_is_the_sum_of_forces_at_their_points():
     forces = [R.T @ f for f in (np.array([0, 0, unknown[0]]), unknown[1:4], unknown[4:7])]
     expected = np.concatenate([sum(forces), sum(np.cross(r, f) for r, f in zip(points, forces, strict=True))])
     assert vehicle.disturbance_map(eta, *points) @ unknown == pytest.approx(expected)
+    named = dict(zip(("r_B", "r_C", "r_A"), points, strict=True))
+    assert unknown_forces(eta, inputs(PLANT), parameters(PLANT, forces=unknown, **named)) == pytest.approx(expected)
 
 
 def test_allocation_matrix_columns_are_thruster_wrenches():

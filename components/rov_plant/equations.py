@@ -51,7 +51,7 @@ def disturbance(eta: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
 
 
 def mobility(M: Any, p: SimpleNamespace) -> Any:
-    """Return the inverse of M, shape (6, 6), without the rows and columns of locked degrees of freedom, which are 0."""
+    """Return the inverse of M, shape (6, 6), less its rows and columns of locked degrees of freedom: 0 in these."""
     free = np.diag(degrees_of_freedom(1 - p.lock_roll_pitch))
     return free @ np.linalg.solve(free @ M @ free + np.eye(6) - free, free)
 

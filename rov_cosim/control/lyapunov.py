@@ -69,16 +69,8 @@ class Descent:
             )
 
     def search(self, count: int, seed: int = 1) -> Worst:
-        """Return the worst of about `count` states in the box, by differential evolution.
-
-        Raises
-        ------
-        LoopError : scipy is not installed.
-        """
-        try:
-            from scipy.optimize import differential_evolution
-        except ImportError as error:
-            raise LoopError("V' by numbers takes scipy, of the extra `campaign`; --states 0 does without.") from error
+        """Return the worst of about `count` states in the box, by differential evolution."""
+        from scipy.optimize import differential_evolution  # takes long to load
 
         share = self._share()
         axes = self.axes

@@ -12,9 +12,9 @@ in N m/rad, without any error; roll and pitch are those at which nothing turns t
 held only if the law's stiffness is more than K_s, by what its integral needs (Hurwitz). A body's yaw follows slowly
 enough for roll and pitch to be taken as at rest.
 
-What is learned is reached from nothing: among all estimates that give the wrench needed, that which the law reaches by
-an error. In the adaptive law it is Gamma W^T (W Gamma W^T)^-1 of it, for eq. 5 leads nowhere else (Hoang & Kreuzer
-2007), in a PID controller it is the integral.
+What is learned is reached from the initial estimate: among all estimates that give the wrench needed, that which the
+law reaches by an error. In the adaptive law it is Gamma W^T (W Gamma W^T)^-1 of it, for eq. 5 leads nowhere else
+(Hoang & Kreuzer 2007), in a PID controller it is the integral.
 """
 
 from copy import copy
@@ -32,13 +32,13 @@ from ..components.vehicle import allocation_matrix, degrees_of_freedom, restorin
 Vector = NDArray[np.float64]
 
 HEADINGS = 8
-"""Directions of the current that are tried."""
+"""Directions of the current that are tried; between them K_s is some hundredths of it more."""
 
 _YAW, _TILT, _TURN, _ERROR = 5, slice(3, 5), 1e-4, 1e-4
 
 
 def softening(law: Sampled, p_law: SimpleNamespace, p: SimpleNamespace, speed: float) -> float:
-    """Return K_s in N m/rad in a current of a speed in m/s, of the direction in which it is largest.
+    """Return K_s in N m/rad in a current of a speed in m/s, of that of `HEADINGS` in which it is largest.
 
     Parameters
     ----------
@@ -88,14 +88,15 @@ class _Held:
         """Return the pose at a yaw with roll and pitch at rest, sought from a tilt; None if there is none."""
         if self._p.lock_roll_pitch or self._controlled.all():
             return np.array([0.0, 0.0, 0.0, 0.0, 0.0, psi])
-        from scipy.optimize import root  # takes long to load, and a system without gains by the rule needs none
+        from scipy.optimize import root  # takes long to load
 
         def unmet(tilt: Vector) -> Vector:
             needed = self._needed(np.array([0.0, 0.0, 0.0, *tilt, psi]))
             return (needed - self._allocated @ needed[self._controlled])[_TILT]
 
         found = root(unmet, tilt)
-        return np.array([0.0, 0.0, 0.0, *found.x, psi]) if found.success else None
+        upright = found.success and np.all(np.abs(found.x) < np.pi / 2)
+        return np.array([0.0, 0.0, 0.0, *found.x, psi]) if upright else None
 
     def _learned(self, eta: Vector) -> Vector:
         """Return the law's state that commands at a pose, without an error, what is needed there."""

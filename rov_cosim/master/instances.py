@@ -92,6 +92,7 @@ class Instances:
         form = [id(slave) for slave in slaves], wiring.links, tuple(fed)
         if self._laid_out is None or self._laid_out[0] != form:
             ends = {*(link.target for link in wiring.links), *fed}
+            self._laid_out = None  # its memory goes
             for slave in slaves:
                 slave.lay_out([end.variable for end in ends if end.element == slave.element.name])
             self._laid_out = form, Exchange(slaves, wiring.links, fed)

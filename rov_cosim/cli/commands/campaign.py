@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import click
@@ -49,5 +48,4 @@ def command(file: Path, jobs: int, scheduler: str, output: Path | None, fresh: b
 
 
 def _progress(runs: Iterable[int], total: int, before: int) -> Any:
-    Thread(target=with_extra, args=("picture",)).start()  # Matplotlib is there when the last run is
     return tqdm(runs, total=total, initial=before, unit="run", leave=False, disable=None)

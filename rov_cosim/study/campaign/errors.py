@@ -22,5 +22,5 @@ def with_extra(module: str) -> Any:
     except ModuleNotFoundError as error:
         if (error.name or "").startswith("rov_cosim"):
             raise
-        brings = "pip install distributed pyarrow scipy"  # the extra `campaign`; a copy may be none from an index
+        brings = "pip install distributed pyarrow"  # the extra `campaign`; a copy may be none from an index
         raise CampaignError(f"Campaigns need {error.name}, which is not installed: {brings}") from error
