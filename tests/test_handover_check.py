@@ -106,6 +106,29 @@ def test_a_step_of_extra_delay_is_told(tmp_path):
     assert any(line.startswith("tau.Z") and line.endswith("it comes a step late") for line in lines)
 
 
+def test_runs_that_fail_midway_are_compared_until_then(tmp_path):
+    def failing(x, u, p, w):
+        state, outputs = flipped(CONTROLLER.sample, x, u, p, w)
+        return {**state, "n": x.n + 1.0}, {**outputs, "e": outputs["e"] / np.where(x.n < 4.0, 1.0, 0.0)}
+
+    counting = replace(
+        CONTROLLER,
+        sample=failing,
+        states=(*CONTROLLER.states, Signal("n", "Samples taken", "n")),
+        initial_state=lambda p: {**CONTROLLER.initial_state(p), "n": 0.0},
+    )
+    native_export.export(counting, tmp_path / "adaptive_pd.fmu")
+    lines, conforms = verdict.judge(tmp_path / "adaptive_pd.fmu")
+    assert not conforms
+    said = {line.split()[0]: line.split(maxsplit=1)[1] for line in lines[:SIGNALS]}
+    assert said["disturbance.X"].endswith("; the sign is flipped")
+    assert said["eta_dot.x"] == "conforms as far as the runs go"
+    departed = sum(" departs in " in line for line in lines)
+    assert lines[-1].startswith(f"{departed} of {SIGNALS} signals depart in {RUNS} reference runs of adaptive_pd, of w")
+    assert lines[-1].endswith(f"of which {RUNS} failed.")
+    assert sum(bool(re.match(r"The run .*0\.12 s.*e\.x is nan", line)) for line in lines) == RUNS
+
+
 def renamed(fmu, path, old, new):
     """Write a copy of an FMU with another name in its description."""
     content = archive.read(fmu)
@@ -349,6 +372,7 @@ def test_a_run_that_fails_leaves_the_verdict_of_the_others(fmus, tmp_path):
     assert not conforms
     assert "The run saturation: the FMU has no variable thrust_max, which this run sets." in lines
     assert "tau.X".ljust(15) + "  conforms" in lines
+    assert lines[-1].endswith(f" reference runs of adaptive_pd, of which {lines[-1].split()[-2]} failed.")
 
 
 @pytest.mark.slow
@@ -368,5 +392,6 @@ def test_an_fmu_that_crashes_is_told_and_the_command_lives(tmp_path):
     plain = min(cases_of(CONTROLLER), key=lambda case: len(case.parameters))
     run = reference.run(CONTROLLER, replace(plain, parameters={}))
     (crashing,) = foreign.alone(fmu, "crash_in_step").elements
-    with pytest.raises(RunError, match=r"crash_in_step: At 0\.12 s: the process died of SIGSEGV in fmi2DoStep"):
+    with pytest.raises(RunError, match=r"crash_in_step: At 0\.12 s: the process died of SIGSEGV in fmi2DoStep") as caught:
         replay(crashing, run, {CONTROLLER.y.names[0]: Place("y", 1.0)})
+    assert len(caught.value.outputs[CONTROLLER.y.names[0]]) == 5  # 0 to 0.12 s
