@@ -24,7 +24,7 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
 
     Raises
     ------
-    CheckError, WiringError : the FMU, or the map, cannot be used at all, or all runs fail for one reason before an output is read.
+    CheckError, WiringError : the FMU, or the map, cannot be used at all, or all runs fail for one reason at once.
     """
     with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
         imported = opened(fmu, Path(folder) / "fmu", name, map_)
