@@ -9,9 +9,11 @@ import sys
 import time
 from pathlib import Path
 
+import click
 import pytest
 
 from rov_cosim.benchmark import report as benchmark_report
+from rov_cosim.cli import outputs
 from rov_cosim.exporters.build import components
 from rov_cosim.study import runs
 from rov_cosim.systems.catalogue import SYSTEMS
@@ -204,3 +206,31 @@ def test_the_shell_completes_commands_systems_and_troubles(typed, offered):
     environment = {"_MAIN_COMPLETE": "bash_complete", "COMP_WORDS": typed, "COMP_CWORD": str(len(words) - 1)}
     done = call(env=environment, prog_name="main")
     assert [line.partition(",")[2] for line in done.output.splitlines()] == offered
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("tune", "bluerov2", "-o", "FILE/g.ssv"),
+        ("tune", "bluerov2", "--alone", "FILE/g.ssv"),
+        ("tune", "bluerov2", "--plot", "FILE/g.svg"),
+        ("run", "bluerov2", "--output", "FILE/x"),
+        ("run", "bluerov2", "--archive", "FILE/g.ssp"),
+        ("certify", "bluerov2", "--table", "FILE/g.md"),
+        ("gate", "quick", "--output", "FILE/x"),
+    ],
+)
+def test_a_place_that_cannot_be_written_is_told_before_the_work(tmp_path, monkeypatch, arguments):
+    (tmp_path / "FILE").write_text("", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    said = one_line(call(*arguments))
+    assert re.search(rf"{arguments[-1]} cannot be written \(.*\): name one where you may write\.$", said)
+
+
+def test_missing_folders_are_made_and_completion_makes_none(tmp_path):
+    assert (
+        outputs.Place(".ssv").convert(str(tmp_path / "a" / "b" / "g.ssv"), None, None) == tmp_path / "a" / "b" / "g.ssv"
+    )
+    assert [*(tmp_path / "a").rglob("*")] == [tmp_path / "a" / "b"]
+    outputs.FOLDER.convert(str(tmp_path / "c"), None, click.Context(click.Command("x"), resilient_parsing=True))
+    assert not (tmp_path / "c").exists()

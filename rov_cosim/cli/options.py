@@ -94,17 +94,6 @@ def assigned(assignments: Iterable[str], form: str) -> Iterator[tuple[str, str]]
         yield name, value
 
 
-def suffix(*wanted: str) -> Callable[[click.Context, click.Parameter, Path | None], Path | None]:
-    """Return what refuses a file name that ends in none of the suffixes."""
-
-    def check(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
-        if path is not None and path.suffix not in wanted:
-            raise click.BadParameter(f"expected a name that ends in {' or '.join(wanted)}, got {path}")
-        return path
-
-    return check
-
-
 def gate(scores: Mapping[str, Score | None], worst: str) -> None:
     """Raise ClickException unless each score, by the name of its run, is better than the verdict `worst`."""
     failed = []

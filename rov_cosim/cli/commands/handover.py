@@ -11,6 +11,7 @@ from ...components.interface import Component
 from ...exporters.build import components, project_root
 from ...exporters.zig import TARGETS, BuildError, host_platform
 from ...study.screen import say
+from .. import outputs
 
 
 @click.group()
@@ -19,7 +20,7 @@ def command() -> None:
 
 
 def _kit(name: str) -> click.Command:
-    @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for the kit.")
+    @click.option("--output", type=outputs.FOLDER, help="Folder for the kit.")
     @click.option("--this-platform", is_flag=True, help="A binary for this machine alone, which is sooner built.")
     def write(output: Path | None, this_platform: bool) -> None:
         try:

@@ -17,7 +17,7 @@ from ...study.looped import loop_of
 from ...study.screen import say
 from ...systems import fleet
 from ...systems.loop import CONTROLLER
-from .. import options
+from .. import outputs
 
 _POSITIVE = click.FloatRange(min=0, min_open=True)
 _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
@@ -48,20 +48,17 @@ _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
 @click.option(
     "-o",
     "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".ssv"),
+    type=outputs.Place(".ssv"),
     help="Write the gains, for --parameters of `rov-cosim run`.",
 )
 @click.option(
     "--alone",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".ssv"),
+    type=outputs.Place(".ssv"),
     help="Write all parameters of the controller, for its FMU alone in another tool.",
 )
 @click.option(
     "--plot",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".png", ".svg"),
+    type=outputs.Place(".png", ".svg"),
     help="Draw the margins.",
 )
 def command(
