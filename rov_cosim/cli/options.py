@@ -10,7 +10,8 @@ from typing import Any, cast
 import click
 from click.shell_completion import CompletionItem
 
-from ..exporters.build import EXPORTS
+from ..exporters.build import EXPORTS, LackingError
+from ..exporters.zig import BuildError
 from ..master.exchange import COUPLINGS
 from ..ssp import swap_map
 from ..ssp.declaration import System
@@ -106,13 +107,21 @@ def gate(scores: Mapping[str, Score | None], worst: str) -> None:
         raise click.ClickException("; ".join(failed))
 
 
-export = click.option(
-    "--export",
-    type=click.Choice(EXPORTS),
-    default="native",
-    show_default=True,
-    help="Which FMUs: compiled C, or Python in the FMU.",
-)
+def export(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the option that tells which FMUs are built; it is named where the native ones lack something."""
+
+    @functools.wraps(command)
+    def gathered(**given: Any) -> None:
+        try:
+            command(**given)
+        except LackingError as error:
+            raise BuildError(f"{error}, or take --export pythonfmu") from None
+
+    help_ = "Which FMUs: compiled C, or Python in the FMU."
+    option = click.option("--export", type=click.Choice(EXPORTS), default="native", show_default=True, help=help_)
+    return option(gathered)
+
+
 set_ = click.option(
     "--set", "values", multiple=True, callback=_values, metavar="ELEMENT.VARIABLE=VALUE", help="Another start value."
 )

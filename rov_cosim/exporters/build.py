@@ -10,7 +10,7 @@ from ..components import __name__ as components_name
 from ..components import __path__ as components_path
 from ..components.interface import Component
 from . import stamp
-from .zig import JOBS, BuildError, host_platform
+from .zig import CURE, JOBS, BuildError, host_platform
 
 EXPORTS = ("native", "pythonfmu")
 """The exports whose FMUs this project's master runs."""
@@ -19,6 +19,10 @@ FMI3 = "fmi3"
 """The native export for FMI 3.0: its FMUs are for other tools."""
 
 _VERSIONS = {"native": 2, FMI3: 3}
+
+
+class LackingError(BuildError):
+    """What the native export takes is not installed; the other export is there all the same."""
 
 
 def components() -> dict[str, Component]:
@@ -98,9 +102,8 @@ def _export(
 
         return native_export.export(component, path, platforms, progress, _VERSIONS[export])
     except ModuleNotFoundError as error:
-        raise BuildError(
-            f"The native export needs {error.name}: pip install 'rov-cosim[native]', or take --export pythonfmu."
-        ) from None
+        kind = LackingError if export in EXPORTS else BuildError
+        raise kind(f"The native export needs {error.name}, which is not installed: {CURE}") from None
 
 
 def project_root() -> Path:

@@ -9,7 +9,7 @@ from tqdm import tqdm
 
 from ...components.interface import Component
 from ...exporters.build import components, project_root
-from ...exporters.zig import TARGETS, BuildError, host_platform
+from ...exporters.zig import CURE, TARGETS, BuildError, host_platform
 from ...study.screen import say
 from .. import outputs
 
@@ -26,7 +26,7 @@ def _kit(name: str) -> click.Command:
         try:
             from ...handover import kit
         except ModuleNotFoundError as error:
-            raise BuildError(f"A kit needs {error.name}: pip install 'rov-cosim[native]'.") from None
+            raise BuildError(f"A kit needs {error.name}, which is not installed: {CURE}") from None
         folder = output or project_root() / "build" / "handover"
         platforms = [host_platform()] if this_platform else [*TARGETS]
         component = components()[name]
