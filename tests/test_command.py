@@ -88,6 +88,10 @@ def test_the_benchmark_prints_every_table(archives, python_archives, monkeypatch
         (["run", "station_keping"], "there is no system station_keping. Did you mean station_keeping"),
         (["run", "none.ssp"], "none.ssp: There is no such archive"),
         (
+            ["run", str(ROOT / "README.md")],
+            "README.md is neither a system's archive (.ssp) nor a vehicle's parameters (.ssv).",
+        ),
+        (
             ["run", "station_keeping", "--set", "controller.K_P"],
             "expected ELEMENT.VARIABLE=VALUE, got 'controller.K_P'",
         ),

@@ -45,10 +45,13 @@ class SystemType(click.ParamType[System | Path]):
             return Path(value)
         if vehicle := fleet.of_file(str(value)):
             return fleet.holding(*vehicle)
-        if Path(value).suffix == ".fmu":
-            self.fail(f"{value} is an FMU: it takes a place in a system by --swap ELEMENT={value}.")
-        if Path(value).suffix == ".py":
-            self.fail(f"{value} is a script: run it by python {value}.")
+        kinds = {
+            ".fmu": f"is an FMU: it takes a place in a system by --swap ELEMENT={value}",
+            ".py": f"is a script: run it by python {value}",
+        }
+        if (path := Path(value)).suffix in kinds or path.exists():
+            neither = "is neither a system's archive (.ssp) nor a vehicle's parameters (.ssv)"
+            self.fail(f"{value} {kinds.get(path.suffix, neither)}.")
         known = suggestion(value, SYSTEMS) or f" Known: {', '.join(SYSTEMS)}; or name an .ssp."
         self.fail(f"there is no system {value}.{known}")
 
