@@ -110,7 +110,7 @@ def test_the_tables_hold_every_cell(small, tmp_path):
 
 
 def test_the_heat_map_shows_each_verdict_in_its_colour(small, tmp_path):
-    matrix_tables.draw_heat_map(small, tmp_path / "matrix.png")
+    matrix_tables.draw_heat_map(small, [tmp_path / "matrix.png"])
     pixels = (plt.imread(tmp_path / "matrix.png")[..., :3] * 255).round().astype(int).reshape(-1, 3)
     shown = {}
     for verdict, colour in zip(VERDICTS, matrix_tables.COLOURS, strict=True):

@@ -57,6 +57,8 @@ def guide(component: Component, cases: tuple[Case, ...], platforms: Iterable[str
         first=cases[0].name,
         stop_time=cases[0].times()[-1],
         essential=essential.strip(),
+        valid="".join(f'    it["{signal.key}"] = True\n' for signal in required),
+        begin="*Hold a vehicle in five minutes*" if is_controller else "*Run it*",
         cases="\n".join(f"| `{case.name}` | {case.description} |" for case in cases),
         inputs=_ports(component.inputs, with_start=True),
         outputs=_ports(component.outputs, with_start=False),
@@ -127,7 +129,10 @@ _ADAPTED = """\
 
 W Gamma W^T is what the adapted forces add up to in an axis. Forces that act in the same axis share it by the inertia
 that each feels at its point of attack; what their levers make of the yaw counts there. By hand: half of
-it for each of Gamma.F_A and Gamma.F_C along x and y, a third for each of dB, F_C.z and F_A.z."""
+it for each of Gamma.F_A and Gamma.F_C along x and y, a third for each of dB, F_C.z and F_A.z. Where no arm pulls,
+Gamma.F_A is 0, and the others share all of it. Levers that are short, or none, learn no yaw: then Gamma.M.z, the
+couple's,
+is W Gamma W^T of that axis, {adapted:g} M_psi omega^2."""
 
 
 def _ports(signals: tuple[Signal, ...], with_start: bool) -> str:

@@ -1,5 +1,6 @@
 """The matrix on paper: Markdown with a picture and a table a vehicle, a heat map to be read at a glance."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -63,8 +64,8 @@ def markdown(matrix: Matrix, command: str, picture: str, note: str = "") -> str:
     return "\n".join([*lines, ""])
 
 
-def draw_heat_map(matrix: Matrix, path: Path, note: str = "") -> None:
-    """Draw the verdict of each cell by colour, and its root mean square errors; `note` as in `markdown`."""
+def draw_heat_map(matrix: Matrix, paths: Iterable[Path], note: str = "") -> None:
+    """Draw the verdict of each cell by colour, and its root mean square errors, to files; `note` as in `markdown`."""
     columns, troubles = _columns(matrix), _troubles(matrix)
     pairs = [(vehicle, controller) for vehicle, controllers in columns.items() for controller in controllers]
     found = [[matrix.scores.get(Cell(*pair, trouble)) for pair in pairs] for trouble in troubles]
@@ -79,7 +80,8 @@ def draw_heat_map(matrix: Matrix, path: Path, note: str = "") -> None:
             if score:
                 colour = "white" if score.verdict == "lost" else "black"
                 text = _errors(score, "{:.0f}  {:.1f}°")
-                panel.text(j + 0.5, i + 0.5, text, color=colour, ha="center", va="center", fontsize=7)
+                place = j + 0.5, i + 0.5
+                panel.text(*place, text, color=colour, ha="center", va="center", fontsize=7, in_layout=False)
     panel.set_yticks(np.arange(len(troubles)) + 0.5, troubles, fontsize=8)
     panel.set_xticks(np.arange(len(pairs)) + 0.5, [controller for _, controller in pairs], fontsize=7, rotation=90)
     panel.tick_params(length=0)
@@ -96,7 +98,11 @@ def draw_heat_map(matrix: Matrix, path: Path, note: str = "") -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
     title = "Verdict, and root mean square errors in hold: position [mm], yaw"
     figure.suptitle(f"{title}\n{note}" if note else title, fontsize=10)
-    save(figure, path, dpi=130)
+    if layout := figure.get_layout_engine():  # once, for each would draw all cells twice
+        layout.execute(figure)
+        figure.set_layout_engine("none")
+    for path in paths:
+        save(figure, path, dpi=130)
 
 
 def _columns(matrix: Matrix) -> dict[str, list[str]]:

@@ -113,8 +113,8 @@ def _write(found: Matrix, path: Path, note: str) -> None:
     command = shlex.join(["rov-cosim", *sys.argv[1:]])
     page = matrix_tables.markdown(found, command, f"{path.name}.svg", note)
     path.with_name(f"{path.name}.md").write_text(page, encoding="utf-8")
-    for suffix in (".png", ".svg"):
-        matrix_tables.draw_heat_map(found, path.with_name(f"{path.name}{suffix}"), note)
+    pictures = [path.with_name(f"{path.name}{suffix}") for suffix in (".png", ".svg")]
+    matrix_tables.draw_heat_map(found, pictures, note)
     for suffix in (".csv", ".md", ".png", ".svg"):
         click.echo(path.with_name(f"{path.name}{suffix}"))
 
