@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from pathlib import Path
+from threading import Lock
 
 from ..components import __name__ as components_name
 from ..components import __path__ as components_path
@@ -19,6 +20,10 @@ FMI3 = "fmi3"
 """The native export for FMI 3.0: its FMUs are for other tools."""
 
 _VERSIONS = {"native": 2, FMI3: 3}
+
+
+_LOADING = Lock()
+"""A module that cannot be loaded vanishes from under another thread that loads it too: another error."""
 
 
 class LackingError(BuildError):
@@ -98,7 +103,8 @@ def _export(
 
         return pythonfmu_export.export(component, path)
     try:
-        from . import native_export
+        with _LOADING:
+            from . import native_export
 
         return native_export.export(component, path, platforms, progress, _VERSIONS[export])
     except ModuleNotFoundError as error:
