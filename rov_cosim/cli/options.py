@@ -49,9 +49,9 @@ class SystemType(click.ParamType[System | Path]):
             ".fmu": f"is an FMU: it takes a place in a system by --swap ELEMENT={value}",
             ".py": f"is a script: run it by python {value}",
         }
-        if (path := Path(value)).suffix in kinds or path.exists():
+        if (suffix := Path(value).suffix) in kinds or os.path.exists(value):  # of any length
             neither = "is neither a system's archive (.ssp) nor a vehicle's parameters (.ssv)"
-            self.fail(f"{value} {kinds.get(path.suffix, neither)}.")
+            self.fail(f"{value} {kinds.get(suffix, neither)}.")
         known = suggestion(value, SYSTEMS) or f" Known: {', '.join(SYSTEMS)}; or name an .ssp."
         self.fail(f"there is no system {value}.{known}")
 
