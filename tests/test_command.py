@@ -9,9 +9,11 @@ import sys
 import time
 from pathlib import Path
 
+import click
 import pytest
 
 from rov_cosim.benchmark import report as benchmark_report
+from rov_cosim.cli import outputs
 from rov_cosim.exporters.build import components
 from rov_cosim.study import runs
 from rov_cosim.systems.catalogue import SYSTEMS
@@ -86,6 +88,10 @@ def test_the_benchmark_prints_every_table(archives, python_archives, monkeypatch
         (["run", "station_keping"], "there is no system station_keping. Did you mean station_keeping"),
         (["run", "none.ssp"], "none.ssp: There is no such archive"),
         (
+            ["run", str(ROOT / "README.md")],
+            "README.md is neither a system's archive (.ssp) nor a vehicle's parameters (.ssv).",
+        ),
+        (
             ["run", "station_keeping", "--set", "controller.K_P"],
             "expected ELEMENT.VARIABLE=VALUE, got 'controller.K_P'",
         ),
@@ -134,11 +140,14 @@ from rov_cosim.cli.main import main
 main()
 """
     command = [sys.executable, "-c", script, "run", "station_keeping", "--stop-time", "0.3", "--output", tmp_path]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert done.stderr == (
-        "Error: The native export needs casadi: pip install 'rov-cosim[native]', or take --export pythonfmu.\n"
-    )
+    cure = "Error: The native export needs casadi, which is not installed: pip install casadi ziglang"
+    for line, said in (
+        (command, f"{cure}, or take --export pythonfmu\n"),
+        ([*command[:3], "tune", "bluerov2"], f"{cure}\n"),
+        ([*command[:3], "build", "--fmi", "3"], f"{cure}\n"),
+    ):
+        done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (1, said)
     subprocess.run([*command, "--export", "pythonfmu"], cwd=tmp_path, check=True)
     assert (tmp_path / "station_keeping+0.3s+pythonfmu.csv").is_file()
 
@@ -204,3 +213,31 @@ def test_the_shell_completes_commands_systems_and_troubles(typed, offered):
     environment = {"_MAIN_COMPLETE": "bash_complete", "COMP_WORDS": typed, "COMP_CWORD": str(len(words) - 1)}
     done = call(env=environment, prog_name="main")
     assert [line.partition(",")[2] for line in done.output.splitlines()] == offered
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("tune", "bluerov2", "-o", "FILE/g.ssv"),
+        ("tune", "bluerov2", "--alone", "FILE/g.ssv"),
+        ("tune", "bluerov2", "--plot", "FILE/g.svg"),
+        ("run", "bluerov2", "--output", "FILE/x"),
+        ("run", "bluerov2", "--archive", "FILE/g.ssp"),
+        ("certify", "bluerov2", "--table", "FILE/g.md"),
+        ("gate", "quick", "--output", "FILE/x"),
+    ],
+)
+def test_a_place_that_cannot_be_written_is_told_before_the_work(tmp_path, monkeypatch, arguments):
+    (tmp_path / "FILE").write_text("", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    said = one_line(call(*arguments))
+    assert re.search(rf"{arguments[-1]} cannot be written \(.*\): name one where you may write\.$", said)
+
+
+def test_missing_folders_are_made_and_completion_makes_none(tmp_path):
+    assert (
+        outputs.Place(".ssv").convert(str(tmp_path / "a" / "b" / "g.ssv"), None, None) == tmp_path / "a" / "b" / "g.ssv"
+    )
+    assert [*(tmp_path / "a").rglob("*")] == [tmp_path / "a" / "b"]
+    outputs.FOLDER.convert(str(tmp_path / "c"), None, click.Context(click.Command("x"), resilient_parsing=True))
+    assert not (tmp_path / "c").exists()

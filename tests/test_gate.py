@@ -16,6 +16,7 @@ from junitparser import Failure, JUnitXml, Skipped
 from pythonfmu.builder import FmuBuilder
 from test_campaign import written
 
+from rov_cosim.components.interface import POSE
 from rov_cosim.study.gate import declared, signs
 from rov_cosim.study.settings import Settings
 from rov_cosim.study.written import CHANGES, SETTINGS
@@ -208,11 +209,11 @@ def test_most_troubles_left_out_is_a_warning(fmus, tmp_path):
     assert "warning: station_keeping: 2 of 3" in (tmp_path / "gate+some.md").read_text(encoding="utf-8")
 
 
-def answer(probe, way, told, push):
-    """Return an answer to a push: ways of vehicle and measurement, and the push of the controller, along x."""
+def answer(probe, way, told, push, axis=0):
+    """Return an answer to a push: ways of vehicle and measurement, and the push of the controller, along an axis."""
     eta, measured = np.zeros((2, 6, 3))
-    eta[0], measured[0] = way, told
-    commands = push * np.linalg.pinv(probe._allocation)[:, :1] * np.ones(3)
+    eta[axis], measured[axis] = way, told
+    commands = push * np.linalg.pinv(probe._allocation)[:, [axis]] * np.ones(3)
     return signs._Answer(0.0, eta, measured, commands)
 
 
@@ -232,6 +233,30 @@ def test_the_first_in_the_loop_that_answers_wrongly_is_named(loop, monkeypatch, 
     monkeypatch.setattr(probe, "_answer", lambda wrench: answer(probe, *(np.sign(wrench[0]) * np.array(moves))))
     assert probe.fault("x").startswith(reason)
     assert bool(probe.fault("x")) == bool(reason)
+
+
+YAWS_THE_WRONG_WAY = {"x": (0.1, 0.1, 5.0), "psi": (-0.1, -0.1, 5.0)}
+"""How the loop answers a push where psi' = -r in the plant: what turns away makes the controller push on along x."""
+
+
+@pytest.mark.parametrize(
+    ("moves", "is_plant_wrong", "blamed"),
+    [
+        (YAWS_THE_WRONG_WAY, False, ["rov_plant"]),
+        (YAWS_THE_WRONG_WAY, True, ["rov_plant"]),
+        ({"x": (0.1, 0.1, 5.0)}, False, ["controller"]),
+        ({"x": (0.1, 0.1, 5.0)}, True, []),  # by its terms
+        ({}, False, []),
+    ],
+)
+def test_a_controller_is_not_blamed_for_a_plant_that_is_wrong(loop, monkeypatch, moves, is_plant_wrong, blamed):
+    def answered(probe, wrench):
+        i = int(np.flatnonzero(wrench)[0])
+        return answer(probe, *(np.sign(wrench[i]) * np.array(moves.get(POSE[i], (0.1, 0.1, -5.0)))), axis=i)
+
+    monkeypatch.setattr(signs._Probe, "_answer", answered)
+    told = signs.faults(loop, Settings()).told(is_plant_wrong)
+    assert [sentence.split()[0] for sentence in told] == blamed
 
 
 def test_the_files_of_the_guide_are_gates(tmp_path):

@@ -132,7 +132,7 @@ def test_a_kit_that_cannot_be_written_ends_with_a_reason(tmp_path):
     for folder, reason in (
         ("/proc/none", "/proc/none"),
         (tmp_path / "file", "is a file"),
-        (tmp_path / "file" / "below", "Not a directory"),
+        (tmp_path / "file" / "below", "cannot be written (Not a directory): name one where you may write."),
         (tmp_path / (LONG + LONG), "File name too long"),
     ):
         assert reason in typed.one_line(typed.call("handover", "scenario", "--this-platform", "--output", folder))

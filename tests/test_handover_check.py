@@ -106,6 +106,29 @@ def test_a_step_of_extra_delay_is_told(tmp_path):
     assert any(line.startswith("tau.Z") and line.endswith("it comes a step late") for line in lines)
 
 
+def test_runs_that_fail_midway_are_compared_until_then(tmp_path):
+    def failing(x, u, p, w):
+        state, outputs = flipped(CONTROLLER.sample, x, u, p, w)
+        return {**state, "n": x.n + 1.0}, {**outputs, "e": outputs["e"] / np.where(x.n < 4.0, 1.0, 0.0)}
+
+    counting = replace(
+        CONTROLLER,
+        sample=failing,
+        states=(*CONTROLLER.states, Signal("n", "Samples taken", "n")),
+        initial_state=lambda p: {**CONTROLLER.initial_state(p), "n": 0.0},
+    )
+    native_export.export(counting, tmp_path / "adaptive_pd.fmu")
+    lines, conforms = verdict.judge(tmp_path / "adaptive_pd.fmu")
+    assert not conforms
+    said = {line.split()[0]: line.split(maxsplit=1)[1] for line in lines[:SIGNALS]}
+    assert said["disturbance.X"].endswith("; the sign is flipped")
+    assert said["eta_dot.x"] == "conforms as far as the runs go"
+    departed = sum(" departs in " in line for line in lines)
+    assert lines[-1].startswith(f"{departed} of {SIGNALS} signals depart in {RUNS} reference runs of adaptive_pd, of w")
+    assert lines[-1].endswith(f"of which {RUNS} failed.")
+    assert sum(bool(re.match(r"The run .*At 0\.12 s: .*expected a finite number", line)) for line in lines) == RUNS
+
+
 def renamed(fmu, path, old, new):
     """Write a copy of an FMU with another name in its description."""
     content = archive.read(fmu)
@@ -119,7 +142,7 @@ def test_a_wrapped_fmu_with_other_names_is_checked_by_a_map(fmus, tmp_path):
     with pytest.raises(CheckError, match=r"The FMU has no variable eta_m\.x"):
         verdict.judge(path)
     lines = "".join(f'"sensor.position_{a}" = "eta_m.{a}"\n' for a in POSE)
-    for section in ("controller", "adaptive_pd", "mine"):
+    for section in ("controller", "adaptive_pd"):
         assert verdict.judge(path, None, typed.mapped(tmp_path, f"[{section}.variables]\n{lines}"))[1]
 
 
@@ -165,6 +188,7 @@ def test_an_fmu_of_another_make_conforms_by_the_map_of_its_swap(of_another_make,
     lines, conforms = verdict.judge(of_another_make, "adaptive_pd", typed.mapped(tmp_path, ITS_MAP))
     assert conforms, lines
     assert lines[-1] == f"All {SIGNALS} signals conform in {RUNS} reference runs of adaptive_pd."
+    assert "[rov_plant] of the map is for another element: not looked at." in lines
     its = typed.mapped(tmp_path, ITS_MAP.removeprefix("[rov_plant]\n"))
     swap = ["run", "bluerov2", "--swap", f"controller={of_another_make}", "--map", its, "--stop-time", 0.3]
     done = typed.call(*swap, "--output", tmp_path)
@@ -240,7 +264,9 @@ WRONG_MAPS = {
     '[controller.variables]\n"eta_m.x" = "scenario.eta_d.x"': "The map feeds eta_m.x from scenario.eta_d.x, which is "
     "no variable of adaptive_pd: its reference runs have no such signal to replay.",
     '[controller.variables]\n"eta_m.x" = "eta_m.w"': "The map names eta_m.w, which is neither a variable of controller",
-    "[a]\n[b]": "has the sections a, b; expected [controller] or [adaptive_pd] for adaptive_pd",
+    "[controler]": "The map is for controler, which is not checked. Did you mean controller? In ",
+    "[controller]\n[a]\n[b]": "The map is for a, which is not checked. The map is for b, which is not checked. In ",
+    "[rov_plant]\n[passive_arm]": "has the sections rov_plant, passive_arm; expected [controller] or [adaptive_pd] for",
     "": "has no section; expected [controller] or [adaptive_pd] for adaptive_pd",
     '[controller.variables]\neta_m_valid = { ours = "eta_m_valid", factor = -1 }': "a Boolean takes no factor",
     '[controller.variables]\neta_m_valid = "eta_m.x"': "eta_m_valid is of type Boolean, and eta_m.x of type Real",
@@ -349,6 +375,7 @@ def test_a_run_that_fails_leaves_the_verdict_of_the_others(fmus, tmp_path):
     assert not conforms
     assert "The run saturation: the FMU has no variable thrust_max, which this run sets." in lines
     assert "tau.X".ljust(15) + "  conforms" in lines
+    assert lines[-1].endswith(f" reference runs of adaptive_pd, of which {lines[-1].split()[-2]} failed.")
 
 
 @pytest.mark.slow
@@ -368,5 +395,8 @@ def test_an_fmu_that_crashes_is_told_and_the_command_lives(tmp_path):
     plain = min(cases_of(CONTROLLER), key=lambda case: len(case.parameters))
     run = reference.run(CONTROLLER, replace(plain, parameters={}))
     (crashing,) = foreign.alone(fmu, "crash_in_step").elements
-    with pytest.raises(RunError, match=r"crash_in_step: At 0\.12 s: the process died of SIGSEGV in fmi2DoStep"):
+    with pytest.raises(
+        RunError, match=r"crash_in_step: At 0\.12 s: the process died of SIGSEGV in fmi2DoStep"
+    ) as caught:
         replay(crashing, run, {CONTROLLER.y.names[0]: Place("y", 1.0)})
+    assert len(caught.value.outputs[CONTROLLER.y.names[0]]) == 5  # 0 to 0.12 s

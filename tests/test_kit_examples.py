@@ -11,7 +11,7 @@ import pytest
 from fmpy import extract, read_model_description
 
 import typed
-from rov_cosim.exporters import archive, zig
+from rov_cosim.exporters import archive, fmi3_description, zig
 from rov_cosim.exporters.build import components
 from rov_cosim.handover import kit, reference
 from rov_cosim.handover.guide import guide
@@ -205,6 +205,30 @@ def test_the_set_of_a_tuned_vehicle_holds_it(folder, fmus, fmu_module, tmp_path)
             rov.step()
         assert np.abs(rov["eta"][:3]).max() < 0.005
         assert abs(rov["eta"][5]) < np.radians(1)
+
+
+def test_what_the_kits_check_cannot_take_is_told_in_a_line(folder, fmus, tmp_path):
+    shutil.copytree(folder / "examples", tmp_path / "examples")
+    (tmp_path / "no.fmu").write_text("hello", encoding="utf-8")
+    content = archive.read(fmus["adaptive_pd"])
+    text = content["modelDescription.xml"].replace(b'name="eta_m.x"', b'name="measured.x"')
+    archive.write(tmp_path / "other.fmu", {**content, "modelDescription.xml": text})
+    archive.write(
+        tmp_path / "three.fmu", {"modelDescription.xml": fmi3_description.to_xml(fmi3_description.describe(CONTROLLER))}
+    )
+    (tmp_path / "reference" / "one").mkdir(parents=True)
+    for part in ("in", "ref"):
+        (tmp_path / "reference" / "one" / f"a_{part}.csv").write_text("time,eta_m.x\n0,0\n", encoding="utf-8")
+    for name, said in (
+        ("nothere", "There is no file nothere.fmu."),
+        ("no", "no.fmu cannot be checked here: "),
+        ("other", "other.fmu cannot be checked here: the FMU has no variable eta_m.x; is it "),
+        ("three", "three.fmu cannot be checked here: it is of FMI 3.0, and this is for FMI 2.0; `rov-cosim handover c"),
+    ):
+        status, told = run(sys.executable, "examples/check.py", f"{name}.fmu", cwd=tmp_path)
+        assert status == 1
+        assert told.startswith(said)
+        assert told.count("\n") == 1
 
 
 @pytest.mark.slow

@@ -1,5 +1,9 @@
 """The linearised loop: beside transfer functions by hand, beside runs of the FMUs, and where it turns unstable."""
 
+import re
+from copy import copy
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,10 +11,10 @@ from rov_cosim.components.interface import POSE
 from rov_cosim.control.certificate import Certificate
 from rov_cosim.control.effective import gains
 from rov_cosim.control.loop import LoopError
-from rov_cosim.control.margins import linear
+from rov_cosim.control.margins import Margin, linear
 from rov_cosim.master.simulation import simulate
 from rov_cosim.ssp.declaration import wire
-from rov_cosim.study.certificate_page import page, work_lines
+from rov_cosim.study.certificate_page import loop_lines, page, work_lines
 from rov_cosim.study.changes import Changes
 from rov_cosim.study.looped import loop_of
 from rov_cosim.systems.catalogue import SYSTEMS
@@ -133,6 +137,19 @@ def test_the_page_says_what_cannot_be_learned(wirings):
     assert "rank 5" in text
     assert "whatever the constant loads are that it estimates" in text
     assert "the line from r_A to r_C, about which neither arm nor umbilical has a lever" in text
+
+
+def test_the_page_calls_no_loop_stable_without_its_free_roll(certificates):
+    certificate = copy(certificates["bluerov2_heavy"])
+    free = certificate.linear
+    growth = 1.001 / free.radius  # its roll is damped by hardly more
+    linear_ = replace(free, A=growth * free.A, B=growth * free.B)
+    level = {"margins": {}, "common_margin": Margin(0.0, 2.0, 0.1), "largest_sample_time": 0.1}
+    vars(certificate).update(linear=linear_, **level)
+    text = "\n".join(loop_lines(certificate))
+    assert re.search(r"^Stable while the vehicle is level, with .* samples of delay to spare;", text, re.M)
+    told = text.partition("Roll and pitch are free and not controlled:")[2]
+    assert re.match(r"\n  UNSTABLE in the small: (.*\n)+  That is a warning, ", told)
 
 
 @pytest.mark.slow

@@ -306,7 +306,7 @@ def test_an_archive_without_a_compiler_is_an_ssp_alone(z_down, tmp_path, monkeyp
     told = []
     assert writer.write(z_down, tmp_path / "ned.ssp", warn=told.append)
     assert told == [
-        "ned: one FMU takes a compiler: pip install 'rov-cosim[native]'. "
+        "ned: one FMU takes a compiler: pip install casadi ziglang. "
         "The archive has SSP content alone, which `fmpy simulate` cannot run."
     ]
     assert "modelDescription.xml" not in archive.read(tmp_path / "ned.ssp")

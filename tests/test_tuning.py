@@ -1,5 +1,6 @@
 """Gains by the rule: what they promise by hand, as a file from the command to a run, and vehicles that hold by them."""
 
+import re
 from contextlib import nullcontext, suppress
 from dataclasses import replace
 
@@ -222,6 +223,22 @@ def test_the_command_writes_what_a_run_takes(fmus, tmp_path):
     assert {name: wiring.value(f"controller.{name}") for name in expected} == {**expected, "K_P.x": 7.0}
     assert wiring.value("passive_arm.delay") == 2
     assert "gains-" in wiring.name
+
+
+def test_unstable_gains_end_with_a_status(fmus):
+    done = call("tune", "hoang_kreuzer", "--controller", "pid", "--bandwidth", 1)
+    assert done.exit_code == 1
+    assert "UNSTABLE in the small: yaw grows" in done.output
+    assert "The controlled axes are unstable with these gains" in done.output
+    assert "Stable" not in done.output
+
+
+@pytest.mark.slow
+def test_a_free_pitch_that_is_unstable_is_a_warning(fmus, tmp_path):
+    told = ok("tune", file_of(tmp_path, {**parameters_of("bluerov2"), "D_linear.q": 0.0}))
+    assert re.search(
+        r"Stable while the vehicle is level(.*\n)+  UNSTABLE in the small: pitch .*\n  That is a warn", told
+    )
 
 
 UPRIGHT = {f"thruster[{i}].d.{axis}": float(axis == "z") for i in range(1, 9) for axis in "xyz"}

@@ -10,7 +10,8 @@ from typing import Any, cast
 import click
 from click.shell_completion import CompletionItem
 
-from ..exporters.build import EXPORTS
+from ..exporters.build import EXPORTS, LackingError
+from ..exporters.zig import BuildError
 from ..master.exchange import COUPLINGS
 from ..ssp import swap_map
 from ..ssp.declaration import System
@@ -44,10 +45,13 @@ class SystemType(click.ParamType[System | Path]):
             return Path(value)
         if vehicle := fleet.of_file(str(value)):
             return fleet.holding(*vehicle)
-        if Path(value).suffix == ".fmu":
-            self.fail(f"{value} is an FMU: it takes a place in a system by --swap ELEMENT={value}.")
-        if Path(value).suffix == ".py":
-            self.fail(f"{value} is a script: run it by python {value}.")
+        kinds = {
+            ".fmu": f"is an FMU: it takes a place in a system by --swap ELEMENT={value}",
+            ".py": f"is a script: run it by python {value}",
+        }
+        if (suffix := Path(value).suffix) in kinds or os.path.exists(value):  # of any length
+            neither = "is neither a system's archive (.ssp) nor a vehicle's parameters (.ssv)"
+            self.fail(f"{value} {kinds.get(suffix, neither)}.")
         known = suggestion(value, SYSTEMS) or f" Known: {', '.join(SYSTEMS)}; or name an .ssp."
         self.fail(f"there is no system {value}.{known}")
 
@@ -94,17 +98,6 @@ def assigned(assignments: Iterable[str], form: str) -> Iterator[tuple[str, str]]
         yield name, value
 
 
-def suffix(*wanted: str) -> Callable[[click.Context, click.Parameter, Path | None], Path | None]:
-    """Return what refuses a file name that ends in none of the suffixes."""
-
-    def check(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
-        if path is not None and path.suffix not in wanted:
-            raise click.BadParameter(f"expected a name that ends in {' or '.join(wanted)}, got {path}")
-        return path
-
-    return check
-
-
 def gate(scores: Mapping[str, Score | None], worst: str) -> None:
     """Raise ClickException unless each score, by the name of its run, is better than the verdict `worst`."""
     failed = []
@@ -117,13 +110,21 @@ def gate(scores: Mapping[str, Score | None], worst: str) -> None:
         raise click.ClickException("; ".join(failed))
 
 
-export = click.option(
-    "--export",
-    type=click.Choice(EXPORTS),
-    default="native",
-    show_default=True,
-    help="Which FMUs: compiled C, or Python in the FMU.",
-)
+def export(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the option that tells which FMUs are built; it is named where the native ones lack something."""
+
+    @functools.wraps(command)
+    def gathered(**given: Any) -> None:
+        try:
+            command(**given)
+        except LackingError as error:
+            raise BuildError(f"{error}, or take --export pythonfmu") from None
+
+    help_ = "Which FMUs: compiled C, or Python in the FMU."
+    option = click.option("--export", type=click.Choice(EXPORTS), default="native", show_default=True, help=help_)
+    return option(gathered)
+
+
 set_ = click.option(
     "--set", "values", multiple=True, callback=_values, metavar="ELEMENT.VARIABLE=VALUE", help="Another start value."
 )

@@ -5,12 +5,13 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from pathlib import Path
+from threading import Lock
 
 from ..components import __name__ as components_name
 from ..components import __path__ as components_path
 from ..components.interface import Component
 from . import stamp
-from .zig import JOBS, BuildError, host_platform
+from .zig import CURE, JOBS, BuildError, host_platform
 
 EXPORTS = ("native", "pythonfmu")
 """The exports whose FMUs this project's master runs."""
@@ -19,6 +20,14 @@ FMI3 = "fmi3"
 """The native export for FMI 3.0: its FMUs are for other tools."""
 
 _VERSIONS = {"native": 2, FMI3: 3}
+
+
+_LOADING = Lock()
+"""A module that cannot be loaded vanishes from under another thread that loads it too: another error."""
+
+
+class LackingError(BuildError):
+    """What the native export takes is not installed; the other export is there all the same."""
 
 
 def components() -> dict[str, Component]:
@@ -94,13 +103,13 @@ def _export(
 
         return pythonfmu_export.export(component, path)
     try:
-        from . import native_export
+        with _LOADING:
+            from . import native_export
 
         return native_export.export(component, path, platforms, progress, _VERSIONS[export])
     except ModuleNotFoundError as error:
-        raise BuildError(
-            f"The native export needs {error.name}: pip install 'rov-cosim[native]', or take --export pythonfmu."
-        ) from None
+        kind = LackingError if export in EXPORTS else BuildError
+        raise kind(f"The native export needs {error.name}, which is not installed: {CURE}") from None
 
 
 def project_root() -> Path:

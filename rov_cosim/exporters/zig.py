@@ -85,6 +85,10 @@ _FAT_MAGIC, _CPU_TYPES = 0xCAFEBABE, {"x86_64": (0x01000007, 3), "aarch64": (0x0
 _FAT_ALIGNMENT = 14
 
 
+CURE = "pip install casadi ziglang"
+"""What brings all that the native export takes: the extra `native`, of which an index may have no copy."""
+
+
 class BuildError(UserError):
     """FMUs cannot be built; the message tells why and the cure."""
 

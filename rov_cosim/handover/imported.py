@@ -91,6 +91,7 @@ def opened(fmu: Path, folder: Path, name: str | None = None, map_: Path | None =
     if description.fmiMajorVersion == 3:
         description = of_fmi3.scalars(description, component)
     section = _section(component, maps, map_) if map_ else component.name
+    told += (f"[{other}] of the map is for another element: not looked at." for other in maps if other != section)
     their, our = Element(section, fmu, description), Element(section, fmu, describe(component))
     chosen = maps.get(section, SwapMap())
     if fed := [*_fed_by_others(chosen, our)]:
@@ -155,10 +156,17 @@ def _component(model: str, name: str | None, maps: Mapping[str, SwapMap]) -> Com
 
 
 def _section(component: Component, maps: Mapping[str, SwapMap], path: Path) -> str:
-    """Return the section of a map for a component: the only one, else that of its element in this project's loop."""
-    in_loop = element_of(component.name)
-    for section in maps if len(maps) == 1 else (in_loop, component.name):
+    """Return the section of a map for a component: that of its element in this project's loop, or of its name.
+
+    The others may be for other elements of the loop, for a map is for several swaps; what is for none is refused.
+    """
+    wanted = (element_of(component.name), component.name)
+    expected = f"expected [{wanted[0]}] or [{wanted[1]}] for {component.name}."
+    known = {*wanted, *map(element_of, components())}
+    if problems := swap_map.unwanted((name for name in maps if name not in known), wanted, "checked"):
+        raise CheckError(f"{' '.join(problems)} In {path}: {expected}")
+    for section in wanted:
         if section in maps:
             return section
     what = f"has the sections {', '.join(maps)}" if maps else "has no section"
-    raise CheckError(f"{path} {what}; expected [{in_loop}] or [{component.name}] for {component.name}.")
+    raise CheckError(f"{path} {what}; {expected}")

@@ -45,7 +45,11 @@ def replay(folder: Path, element: Element, reference: Reference, places: Mapping
     there = {name: places[name].variable for name in (*fed, *read)}
     rows = np.empty((case.steps + 1, len(read)))
     messages: list[str] = []
-    instance = None
+    instance, told = None, 0
+
+    def outputs() -> Signals:
+        return {name: rows[:told, i] / places[name].factor for i, name in enumerate(read)}
+
     try:
         instance = _Instance(folder, element, component, messages)
         instance.set(values)
@@ -56,16 +60,17 @@ def replay(folder: Path, element: Element, reference: Reference, places: Mapping
             if n == 0:
                 instance.fmu.exitInitializationMode()
             rows[n] = instance.get([there[name] for name in read])
+            told = n + 1
             if n < case.steps:
                 instance.fmu.doStep(n * SAMPLE_TIME, SAMPLE_TIME)
         instance.fmu.terminate()
     except Exception as error:  # FMPy raises plain ones where it cannot load or instantiate
         status = f" ({error.function}: {error.status})" if isinstance(error, FMICallException) else ""
-        raise RunError(case.name, " ".join(messages) + status if messages else str(error)) from error
+        raise RunError(case.name, " ".join(messages) + status if messages else str(error), outputs()) from error
     finally:
         if instance is not None:
             instance.fmu.freeInstance()
-    return {name: rows[:, i] / places[name].factor for i, name in enumerate(read)}
+    return outputs()
 
 
 class _Instance:

@@ -24,14 +24,14 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
 
     Raises
     ------
-    CheckError, WiringError : the FMU, or the map, cannot be used at all, or all runs fail for one reason.
+    CheckError, WiringError : the FMU, or the map, cannot be used at all, or all runs fail for one reason at once.
     """
     with tempfile.TemporaryDirectory(prefix="rov_cosim_") as folder:
         imported = opened(fmu, Path(folder) / "fmu", name, map_)
         component = imported.component
         first: dict[str, Departure] = {}
         others = [*_declared_otherwise(imported)]
-        left_out, failed = [], []
+        left_out, failed, is_compared, is_whole = [], [], False, False
         for case in cases_of(component):
             run = reference.run(component, case)
             if imported.is_mapped and (lacking := imported.lacking(run)):
@@ -39,23 +39,28 @@ def judge(fmu: Path, name: str | None = None, map_: Path | None = None) -> tuple
                 left_out.append(f"left out: {case.name}, for which the FMU has no place for {what}.")
                 continue
             try:
-                first = departures(imported.replay(run), run) | first
-            except RunError as error:  # the other runs have their say all the same
+                outputs = imported.replay(run)
+                is_whole = True
+            except RunError as error:  # what it gave until then, and the other runs, have their say all the same
                 others.append(f"The run {error}")
                 failed.append(error.reason)
-        if len(failed) == len(cases_of(component)) and len(set(failed)) == 1:
+                outputs = error.outputs
+            is_compared |= any(values.size for values in outputs.values())
+            first = departures(outputs, run) | first
+        if len(failed) == len(cases_of(component)) and len(set(failed)) == 1 and not is_compared:
             raise CheckError(failed[0])
     cases, there = cases_of(component), [name for name in component.y.names if name in imported.places]
-    is_compared = len(left_out) < len(cases)
+    agrees = "conforms" if is_whole else "conforms as far as the runs go" if is_compared else "not compared"
     width = max(map(len, component.y.names))
-    findings = {name: str(first.get(name, "conforms" if is_compared else "not compared")) for name in there}
+    findings = {name: str(first.get(name, agrees)) for name in there}
     lines = [f"{name:{width}}  {findings.get(name, 'not there, by the map')}" for name in component.y.names]
     lines += [*imported.notes, *left_out, *others]
     runs = f"{f'{len(cases) - len(left_out)} of ' if left_out else ''}{len(cases)} reference runs of {component.name}"
     if not there or not is_compared:
         return [*lines, f"Nothing could be compared in the reference runs of {component.name}."], False
     if first or others:
-        return [*lines, f"{len(first)} of {len(there)} signals depart in {runs}."], False
+        ends = f", of which {len(failed)} failed" if failed else ""
+        return [*lines, f"{len(first)} of {len(there)} signals depart in {runs}{ends}."], False
     those = "signals" if len(there) == component.y.size else "signals that are there"
     return [*lines, f"All {len(there)} {those} conform in {runs}."], True
 

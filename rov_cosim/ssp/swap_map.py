@@ -84,6 +84,12 @@ def read(path: Path) -> dict[str, SwapMap]:
     return {element: _map(table) for element, table in tables.items()}
 
 
+def unwanted(sections: Iterable[str], wanted: Iterable[str], done: str) -> list[str]:
+    """Return a sentence for each section that is for none of the elements wanted, to which something is `done`."""
+    wanted = list(wanted)
+    return [f"The map is for {name}, which is not {done}.{suggestion(name, wanted)}" for name in sections]
+
+
 def stem(variable: str) -> str:
     """Return the name of the outermost group of a variable."""
     return re.split(r"[.\[]", variable)[0]

@@ -7,7 +7,7 @@ from pathlib import Path
 from .checks import faults_of
 from .fmu_file import FmuError, described
 from .places import Places
-from .swap_map import SwapMap, folded, stem
+from .swap_map import SwapMap, folded, stem, unwanted
 from .values import Value, is_settable
 from .wiring import Element, End, Link, Wiring, WiringError, called_by_fmu, suggestion
 
@@ -38,11 +38,10 @@ def with_swaps(
             problems.append(f"{name}: {error}")
         except WiringError as error:
             problems += error.problems
-    problems += [
-        called_by_fmu(name, wiring.elements) or f"The map is for {name}, which is not swapped."
-        for name in maps
-        if name not in fmus
-    ]
+    over = [name for name in maps if name not in fmus]
+    by_fmu = {name: said for name in over if (said := called_by_fmu(name, wiring.elements))}
+    there = [element.name for element in wiring.elements if element.name in fmus]
+    problems += [*by_fmu.values(), *unwanted((name for name in over if name not in by_fmu), there, "swapped")]
     if problems:
         raise WiringError(wiring.name, problems)
     return wiring

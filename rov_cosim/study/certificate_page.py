@@ -93,15 +93,21 @@ def loop_lines(certificate: Certificate) -> Iterator[str]:
         yield f"{row}   {_margin(certificate.margins.get(axis))}".rstrip()
     if margin := certificate.common_margin:
         yield f"{'all axes':59}   {_margin(margin)}"
+        stable = "Stable while the vehicle is level" if certificate.tilts else "Stable"
         yield (
-            f"Stable, with {margin.delay / level.step:.1f} samples of delay to spare; a sample time up to about "
+            f"{stable}, with {margin.delay / level.step:.1f} samples of delay to spare; a sample time up to about "
             f"{1e3 * certificate.largest_sample_time:.0f} ms."
         )
     yield from _unstable(modes)
     if certificate.tilts:
-        yield "All that is for a level vehicle. Roll and pitch are free and not controlled:"
+        yield "All that is for the controlled axes of a level vehicle. Roll and pitch are free and not controlled:"
         tilting = [mode for mode in certificate.linear.modes() if mode.axis in POSE[3:5] and mode.frequency > _SLOW]
-        yield from (f"  {line}" for line in [*_unstable(certificate.linear.modes()), *_swings(tilting)])
+        unstable = list(_unstable(certificate.linear.modes()))
+        if unstable:
+            unstable.append(
+                "That is a warning, for no gain is for roll and pitch: a run tells how far the vehicle swings."
+            )
+        yield from (f"  {line}" for line in [*unstable, *_swings(tilting)])
 
 
 def _unstable(modes: Sequence[Mode]) -> Iterator[str]:

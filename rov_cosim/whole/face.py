@@ -68,7 +68,7 @@ def entries(
     BuildError : the compiler fails.
     """
     if not zig.is_installed():
-        raise FaceError(f"{wiring.name}: one FMU takes a compiler: pip install 'rov-cosim[native]'.")
+        raise FaceError(f"{wiring.name}: one FMU takes a compiler: {zig.CURE}.")
     name, units = identifier(wiring.name), linking.units(wiring.elements)
     layout = laid_out(wiring)
     if fmi == 2:

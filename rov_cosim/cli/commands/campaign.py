@@ -11,20 +11,24 @@ from ...study.campaign import declared, servant
 from ...study.campaign.errors import with_extra
 from ...study.runs import file_name, results_folder
 from ...study.screen import counted, say
-from .. import options
+from .. import options, outputs
+
+
+def _toml(context: click.Context, parameter: click.Parameter, path: Path) -> Path:
+    if path.suffix != ".toml":
+        raise click.BadParameter(f"expected a name that ends in .toml, got {path}")
+    return path
 
 
 @click.command()
 @click.argument(
     "file",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    callback=options.suffix(".toml"),
+    callback=_toml,
 )
 @options.jobs
 @options.scheduler
-@click.option(
-    "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, report and picture."
-)
+@click.option("--output", type=outputs.FOLDER, help="Folder for table, report and picture.")
 @click.option("--fresh", is_flag=True, help="Run all anew, also what is recorded.")
 def command(file: Path, jobs: int, scheduler: str, output: Path | None, fresh: bool) -> None:
     """Run the campaign of FILE, a TOML: a table in Parquet, how sure the hold is, and what matters.

@@ -13,7 +13,7 @@ from ...study.changes import Changes
 from ...study.looped import loop_of
 from ...study.runs import opened
 from ...study.screen import counted, say
-from .. import options
+from .. import options, outputs
 
 
 @click.command()
@@ -29,8 +29,7 @@ from .. import options
 @click.option(
     "--table",
     "table_path",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".md"),
+    type=outputs.Place(".md"),
     help="Write a table of all SYSTEMS too, in Markdown.",
 )
 def command(systems: tuple[System | Path, ...], changes: Changes, states: int, table_path: Path | None) -> None:

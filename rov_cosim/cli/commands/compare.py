@@ -17,7 +17,7 @@ from ...study.score_table import comparison, write_scores
 from ...study.screen import counted, say
 from ...study.settings import Settings
 from ...study.troubles import TROUBLES
-from .. import options
+from .. import options, outputs
 
 Varied = dict[str, list[str]]
 
@@ -45,8 +45,7 @@ def _varied(context: click.Context, parameter: click.Parameter, texts: tuple[str
 @options.changes
 @click.option(
     "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".png", ".svg"),
+    type=outputs.Place(".png", ".svg"),
     help="The picture; a CSV of its name lies beside it.",
 )
 @options.fail_on

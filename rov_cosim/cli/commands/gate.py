@@ -15,7 +15,7 @@ from ...study.gate.conduct import Cell, conduct
 from ...study.runs import file_name, results_folder
 from ...study.score_table import write_scores
 from ...study.screen import counted, say
-from .. import options
+from .. import options, outputs
 
 _SHIPPED = {file.stem: file for file in sorted((Path(systems.__file__).parent / "gates").glob("*.toml"))}
 
@@ -49,7 +49,7 @@ class _GateType(click.ParamType[Path]):
 @options.jobs
 @click.option(
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=outputs.FOLDER,
     help="Folder for JUnit XML, Markdown, CSV and picture.",
 )
 def command(file: Path, jobs: int, output: Path | None) -> None:

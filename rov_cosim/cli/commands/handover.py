@@ -9,8 +9,9 @@ from tqdm import tqdm
 
 from ...components.interface import Component
 from ...exporters.build import components, project_root
-from ...exporters.zig import TARGETS, BuildError, host_platform
+from ...exporters.zig import CURE, TARGETS, BuildError, host_platform
 from ...study.screen import say
+from .. import outputs
 
 
 @click.group()
@@ -19,13 +20,13 @@ def command() -> None:
 
 
 def _kit(name: str) -> click.Command:
-    @click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for the kit.")
+    @click.option("--output", type=outputs.FOLDER, help="Folder for the kit.")
     @click.option("--this-platform", is_flag=True, help="A binary for this machine alone, which is sooner built.")
     def write(output: Path | None, this_platform: bool) -> None:
         try:
             from ...handover import kit
         except ModuleNotFoundError as error:
-            raise BuildError(f"A kit needs {error.name}: pip install 'rov-cosim[native]'.") from None
+            raise BuildError(f"A kit needs {error.name}, which is not installed: {CURE}") from None
         folder = output or project_root() / "build" / "handover"
         platforms = [host_platform()] if this_platform else [*TARGETS]
         component = components()[name]

@@ -21,7 +21,7 @@ from ...study.troubles import TROUBLES
 from ...systems.catalogue import SYSTEMS
 from ...systems.fleet import CONTROLLERS, VEHICLES, WIRED
 from ...systems.loop import CONTROLLER
-from .. import options
+from .. import options, outputs
 
 MOST_LINES = 30
 """Runs that are shown one by one."""
@@ -51,9 +51,7 @@ def _some(name: str, known: Iterable[str], which: str = "Only") -> Callable[[Cal
 )
 @options.jobs
 @options.scheduler
-@click.option(
-    "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV, Markdown and picture."
-)
+@click.option("--output", type=outputs.FOLDER, help="Folder for CSV, Markdown and picture.")
 @options.fail_on
 def command(
     vehicles: tuple[str, ...],

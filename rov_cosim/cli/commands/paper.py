@@ -6,12 +6,13 @@ import click
 
 from ...report.paper import write
 from ...study.runs import results_folder
+from .. import outputs
 
 
 @click.command()
 @click.option(
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=outputs.FOLDER,
     help="Folder of PAPER.md, its pictures, and settling.svg; build/results/paper if left out.",
 )
 def command(output: Path | None) -> None:

@@ -12,7 +12,7 @@ from ...exporters.zig import TARGETS, BuildError
 from ...release import settled, source
 from ...study.screen import say
 from ...systems.catalogue import SYSTEMS
-from .. import options
+from .. import options, outputs
 
 _ALL = (*components(), *SYSTEMS)
 
@@ -22,7 +22,7 @@ _ALL = (*components(), *SYSTEMS)
 @click.option(
     "--platform", "platforms", type=click.Choice(list(TARGETS)), multiple=True, help="Of FMUs; all if left out."
 )
-@click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder, which is not there or empty.")
+@click.option("--output", type=outputs.FOLDER, help="Folder, which is not there or empty.")
 @click.option("--uncommitted", is_flag=True, help="Take changes along that are not committed.")
 def command(names: tuple[str, ...], platforms: tuple[str, ...], output: Path | None, uncommitted: bool) -> None:
     """Make wheel, FMUs, archives and kits of components and systems, or of all; the same bytes on every machine."""

@@ -8,15 +8,14 @@ import click
 from ...exporters.build import project_root
 from ...study.screen import say
 from ...systems import fleet
-from .. import options
+from .. import outputs
 
 
 @click.command()
 @click.argument("vehicles", metavar="[VEHICLE.ssv]...", nargs=-1, type=click.Path(exists=True, dir_okay=False))
 @click.option(
     "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".html"),
+    type=outputs.Place(".html"),
     help="The page; build/report/report.html if left out.",
 )
 @click.option("--live-only", is_flag=True, help="The loop alone, without figures, claims and certificate.")

@@ -8,7 +8,7 @@ from ...ssp.declaration import System
 from ...study.changes import Changes
 from ...study.runs import run
 from ...study.settings import Settings
-from .. import options
+from .. import options, outputs
 
 
 @click.command()
@@ -17,17 +17,15 @@ from .. import options
 @options.settings
 @options.changes
 @click.option("--name", default="", help="Of the files; made of the system and all that differs if left out.")
-@click.option("--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for CSV and picture.")
+@click.option("--output", type=outputs.FOLDER, help="Folder for CSV and picture.")
 @click.option(
     "--picture",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".png", ".svg"),
+    type=outputs.Place(".png", ".svg"),
     help="The picture; NAME.png in the folder if left out.",
 )
 @click.option(
     "--archive",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".ssp"),
+    type=outputs.Place(".ssp"),
     help="Write what is run as an SSP archive.",
 )
 @options.fail_on

@@ -10,7 +10,7 @@ from ...ssp.wiring import called_by_fmu, suggestion
 from ...study.changes import Changes
 from ...study.runs import opened
 from ...study.screen import say
-from .. import options
+from .. import options, outputs
 from ..description import element_lines, system_lines
 
 
@@ -20,8 +20,7 @@ from ..description import element_lines, system_lines
 @click.option("--search", default="", metavar="TEXT", help="Only variables with this in their name or meaning.")
 @click.option(
     "--picture",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".png", ".svg"),
+    type=outputs.Place(".png", ".svg"),
     help="Draw the elements and their connections.",
 )
 @options.export

@@ -17,7 +17,7 @@ from ...study.looped import loop_of
 from ...study.screen import say
 from ...systems import fleet
 from ...systems.loop import CONTROLLER
-from .. import options
+from .. import outputs
 
 _POSITIVE = click.FloatRange(min=0, min_open=True)
 _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
@@ -48,20 +48,17 @@ _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
 @click.option(
     "-o",
     "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".ssv"),
+    type=outputs.Place(".ssv"),
     help="Write the gains, for --parameters of `rov-cosim run`.",
 )
 @click.option(
     "--alone",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".ssv"),
+    type=outputs.Place(".ssv"),
     help="Write all parameters of the controller, for its FMU alone in another tool.",
 )
 @click.option(
     "--plot",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".png", ".svg"),
+    type=outputs.Place(".png", ".svg"),
     help="Draw the margins.",
 )
 def command(
@@ -78,7 +75,11 @@ def command(
     alone: Path | None,
     plot: Path | None,
 ) -> None:
-    """Tune a controller for VEHICLE, a name of the fleet or a file of the same parameters, VEHICLE.ssv."""
+    """Tune a controller for VEHICLE, a name of the fleet or a file of the same parameters, VEHICLE.ssv.
+
+    It ends with status 1 if the controlled axes of the level vehicle are unstable with the gains. A free roll or pitch
+    that is unstable, which nothing controls, is a warning.
+    """
     if vehicle not in fleet.VEHICLES and not vehicle.endswith(".ssv"):
         known = suggestion(vehicle, fleet.VEHICLES) or f" Known: {', '.join(fleet.VEHICLES)}; or name an .ssv."
         raise click.UsageError(f"there is no vehicle {vehicle}.{known}")
@@ -124,4 +125,6 @@ def command(
         alone.write_bytes(parameter_set(element))
         click.echo(f"\n{alone}: all parameters of {component.name}.fmu for this vehicle")
     if not certificate.level.is_stable:
-        raise TuningError("The loop is unstable with these gains: see the mode above; --bandwidth takes less.")
+        raise TuningError(
+            "The controlled axes are unstable with these gains: see the mode above; --bandwidth takes less."
+        )

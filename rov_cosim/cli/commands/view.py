@@ -9,7 +9,7 @@ from ...study.changes import Changes
 from ...study.runs import opened
 from ...study.screen import counted, say
 from ...systems.catalogue import SYSTEMS
-from .. import options
+from .. import options, outputs
 
 
 def _columns(context: click.Context, parameter: click.Parameter, assignments: tuple[str, ...]) -> dict[str, str]:
@@ -34,8 +34,7 @@ def _columns(context: click.Context, parameter: click.Parameter, assignments: tu
 )
 @click.option(
     "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
-    callback=options.suffix(".html"),
+    type=outputs.Place(".html"),
     help="The page; beside RESULTS if left out.",
 )
 def command(

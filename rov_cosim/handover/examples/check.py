@@ -1,11 +1,13 @@
 """Replays this kit's reference runs through an FMU: python examples/check.py THE.fmu; status 1 if it departs.
 
-For an FMU of the same names. `rov-cosim handover check` tells more, and takes other names, units and axes by a map.
+For an FMU of FMI 2.0 of the same names. `rov-cosim handover check` tells more, and takes FMI 3.0 too, and by a
+map other names, units and axes.
 """
 
 import csv
 import sys
 from pathlib import Path
+from zipfile import BadZipFile
 
 from fmu import Fmu
 
@@ -47,7 +49,12 @@ def main():
     """Check the FMU of the first argument, or the kit's own."""
     fmu = sys.argv[1] if len(sys.argv) > 1 else next(KIT.glob("*.fmu"))
     runs = sorted((KIT / "reference").iterdir())
-    found = [line for run in runs for line in departures(fmu, run)]
+    if not Path(fmu).is_file():
+        sys.exit(f"There is no file {fmu}.")
+    try:
+        found = [line for run in runs for line in departures(fmu, run)]
+    except (OSError, KeyError, ValueError, BadZipFile) as error:
+        sys.exit(f"{fmu} cannot be checked here: {error.args[-1]}; `rov-cosim handover check` may take it.")
     print("\n".join([*found, f"{len(runs)} reference runs, {len(found)} departures"]))
     return 1 if found or not runs else 0
 

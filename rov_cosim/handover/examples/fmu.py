@@ -28,6 +28,8 @@ class Fmu:
     def __init__(self, path, ssv=None, step_size=0.03):
         self.step_size, self.steps, self._started = step_size, 0, False
         description = read_model_description(str(path))
+        if description.fmiVersion != "2.0":
+            raise ValueError(f"it is of FMI {description.fmiVersion}, and this is for FMI 2.0")
         self.variables = {variable.name: variable for variable in description.modelVariables}
         self._folder = extract(str(path))
         model, guid = description.coSimulation.modelIdentifier, description.guid

@@ -141,7 +141,8 @@ class _Conduct:
         found = self._all(signs.faults, {name: self.plain[name] for name in self.plain if name in lost})
         weighed = self._weighed()
         self.warnings += [f"{name}: {UNWEIGHED}" for name, said in weighed.items() if said is None]
-        wrong = {name: (*(weighed.get(name) or ()), *found.get(name, ())) for name in self.plain}
+        plants = {name: weighed.get(name) or () for name in self.plain}
+        wrong = {name: (*said, *found.get(name, signs.Faults()).told(bool(said))) for name, said in plants.items()}
         order = [Cell(column.name, trouble) for column in self.gate.columns for trouble in column.limits]
         fmus = {name: {e.name: e.description.modelName for e in loop.elements} for name, loop in self.plain.items()}
         return Outcome(

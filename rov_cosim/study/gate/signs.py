@@ -30,8 +30,22 @@ LEAST = 1e-3
 """Way in m and rad that is taken for none."""
 
 
-def faults(wiring: Wiring, settings: Settings) -> tuple[str, ...]:
-    """Return a sentence for each place at which the loop answers the wrong way, with the axes.
+class Faults(NamedTuple):
+    """A sentence for each place at which the loop answers the wrong way, with the axes; the controller's apart."""
+
+    before: tuple[str, ...] = ()
+    controller: tuple[str, ...] = ()
+
+    def told(self, is_plant_wrong: bool) -> tuple[str, ...]:
+        """Return the sentences that stand: a controller answers what comes before it, and is judged if that is right.
+
+        A plant that turns the wrong way, say, makes one push the wrong way along x too.
+        """
+        return self.before or (() if is_plant_wrong else self.controller)
+
+
+def faults(wiring: Wiring, settings: Settings) -> Faults:
+    """Return where the loop answers the wrong way.
 
     Nothing is said of a controller whose gains or thrusters are not known by the names of ours.
     """
@@ -39,9 +53,11 @@ def faults(wiring: Wiring, settings: Settings) -> tuple[str, ...]:
         probe = _Probe(wiring, settings)
         found = {axis: probe.fault(axis) for axis in AXES}
     except WiringError:  # one of them a DoesNotApplyError
-        return ()
+        return Faults()
     kinds = filter(None, dict.fromkeys(found.values()))
-    return tuple(kind.format(", ".join(axis for axis in AXES if found[axis] == kind)) for kind in kinds)
+    said = {kind: kind.format(", ".join(axis for axis in AXES if found[axis] == kind)) for kind in kinds}
+    own = said.pop(probe.pushes_on, None)
+    return Faults(tuple(said.values()), (own,) if own else ())
 
 
 class _Answer(NamedTuple):
@@ -94,8 +110,13 @@ class _Probe:
             return ""
         push = self._allocation @ (forth.commands - back.commands).mean(axis=1)
         if push[POSE.index(axis)] > 0:
-            return f"{self._controller} pushes on when the vehicle moves along {{}}: a sign is wrong in it."
+            return self.pushes_on
         return ""
+
+    @property
+    def pushes_on(self) -> str:
+        """What is said of the controller, with a place for the axis."""
+        return f"{self._controller} pushes on when the vehicle moves along {{}}: a sign is wrong in it."
 
     def _answer(self, wrench: NDArray[np.float64]) -> _Answer | None:
         """Return how the loop answers a wrench, shape (6,), in the body frame; None if the run failed."""
