@@ -34,6 +34,7 @@ Vector = NDArray[np.float64]
 HEADINGS = 8
 """Directions of the current that are tried; between them K_s is some hundredths of it more."""
 
+_SHARES = (0.25, 0.5, 0.75, 1.0)
 _YAW, _TILT, _TURN, _ERROR = 5, slice(3, 5), 1e-4, 1e-4
 
 
@@ -67,9 +68,13 @@ class _Held:
 
     def softening(self) -> float:
         """Return K_s in N m/rad; inf if the vehicle has no rest."""
-        rest = self._pose(0.0, np.zeros(2))
-        if rest is None:
-            return np.inf
+        rest, current = np.zeros(6), self._u.current
+        for share in _SHARES:  # from no current on, else the rest that is found may be one upside down
+            self._u.current = share * current
+            found = self._pose(0.0, rest[_TILT])
+            if found is None:
+                return np.inf
+            rest = found
         x = self._learned(rest)
         left_over = []
         for psi in (_TURN, -_TURN):
