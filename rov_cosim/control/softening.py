@@ -12,9 +12,9 @@ in N m/rad, without any error; roll and pitch are those at which nothing turns t
 held only if the law's stiffness is more than K_s, by what its integral needs (Hurwitz). A body's yaw follows slowly
 enough for roll and pitch to be taken as at rest.
 
-What is learned is reached from the initial estimate: among all estimates that give the wrench needed, that which the
-law reaches by an error. In the adaptive law it is Gamma W^T (W Gamma W^T)^-1 of it, for eq. 5 leads nowhere else
-(Hoang & Kreuzer 2007), in a PID controller it is the integral.
+What is learned is reached from nothing: among all estimates that give the wrench needed, that which the law reaches by
+an error. In the adaptive law it is Gamma W^T (W Gamma W^T)^-1 of it, for eq. 5 leads nowhere else (Hoang & Kreuzer
+2007), in a PID controller it is the integral.
 """
 
 from copy import copy
@@ -34,7 +34,6 @@ Vector = NDArray[np.float64]
 HEADINGS = 8
 """Directions of the current that are tried; between them K_s is some hundredths of it more."""
 
-_SHARES = (0.25, 0.5, 0.75, 1.0)
 _YAW, _TILT, _TURN, _ERROR = 5, slice(3, 5), 1e-4, 1e-4
 
 
@@ -46,7 +45,7 @@ def softening(law: Sampled, p_law: SimpleNamespace, p: SimpleNamespace, speed: f
     law : the controller; its parameters are p_law. What it learns is learned without thrusters' limits.
     p : parameters of the vehicle and its loads.
 
-    inf if there is a direction in which the current turns the vehicle over: roll and pitch have no rest then.
+    inf if no rest of roll and pitch is found in a direction. What is found far from level may be one upside down.
     """
     unlimited = copy(p_law)
     unlimited.thrust_max = 0.0
@@ -68,13 +67,9 @@ class _Held:
 
     def softening(self) -> float:
         """Return K_s in N m/rad; inf if the vehicle has no rest."""
-        rest, current = np.zeros(6), self._u.current
-        for share in _SHARES:  # from no current on, else the rest that is found may be one upside down
-            self._u.current = share * current
-            found = self._pose(0.0, rest[_TILT])
-            if found is None:
-                return np.inf
-            rest = found
+        rest = self._pose(0.0, np.zeros(2))
+        if rest is None:
+            return np.inf
         x = self._learned(rest)
         left_over = []
         for psi in (_TURN, -_TURN):
@@ -100,8 +95,7 @@ class _Held:
             return (needed - self._allocated @ needed[self._controlled])[_TILT]
 
         found = root(unmet, tilt)
-        upright = found.success and np.all(np.abs(found.x) < np.pi / 2)
-        return np.array([0.0, 0.0, 0.0, *found.x, psi]) if upright else None
+        return np.array([0.0, 0.0, 0.0, *found.x, psi]) if found.success else None
 
     def _learned(self, eta: Vector) -> Vector:
         """Return the law's state that commands at a pose, without an error, what is needed there."""
