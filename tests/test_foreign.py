@@ -59,6 +59,8 @@ def failure(wiring, run=simulate, **how):
         ("words_in_enter", "valve V7 stuck at 3.5 bar (fmi2EnterInitializationMode: discard)."),
         ("words_in_terminate", "valve V7 stuck at 3.5 bar (fmi2Terminate: discard)."),
         ("quiet_in_step", "At 0.12 s: fmi2DoStep failed with status 2 (discard)."),
+        ("pending_in_step", "At 0.12 s: fmi2DoStep failed with status 5 (pending: which is not supported)."),
+        ("odd_in_step", "At 0.12 s: fmi2DoStep failed with status 77 (none of FMI's)."),
         ("nothing_in_step", "At 0.12 s: fmi2DoStep failed with status 2 (discard)."),
         ("lost_in_step", "At 0.12 s: who am I (fmi2DoStep: discard)."),
     ],
@@ -75,6 +77,19 @@ def test_a_failure_is_told_by_element_words_function_and_time(make, name, messag
 def test_a_message_is_cut_where_it_floods(make):
     told, _ = failure(foreign.alone(make(), "flood_in_step"))
     assert re.fullmatch(r"flood_in_step: At 0\.12 s: x{2000,3000} \.\.\. \(fmi2DoStep: discard\)\.", told)
+
+
+@IN_BOTH
+def test_an_error_that_is_logged_by_a_call_that_does_not_fail_is_told_without_orders_to_the_terminal(make, in_numpy):
+    told = []
+    assert len(simulate(foreign.alone(make(), "report_in_step"), warn=told.append, in_numpy=in_numpy)) == 11
+    assert told == ["report_in_step logged an error, though none of its calls failed: [31mthe pump is broken"]
+
+
+@IN_BOTH
+def test_what_does_not_settle_is_named(make, in_numpy):
+    told, _ = failure(foreign.alone(make(), "drift_in_begin"), in_numpy=in_numpy)
+    assert told.startswith("The initial values do not settle: drift_in_begin.far still changes, ")
 
 
 def test_an_instance_that_is_not_made_is_told_with_its_words(make):
@@ -124,9 +139,30 @@ def test_a_slower_fmu_steps_when_its_step_ends_and_holds_between(make, coupling,
     assert results["b.y"] == pytest.approx(fed)
 
 
-def test_a_fixed_step_that_does_not_fit_is_refused_with_both(make):
-    with pytest.raises(WiringError, match=r"a takes steps of 0\.02 s alone .* steps by 0\.03 s: .* --step 0\.02"):
-        simulate(foreign.alone(make(flags=FIXED, experiment='stepSize="0.02"')))
+@pytest.mark.parametrize(
+    ("step", "reason"),
+    [
+        ("0.02", r"the system steps by 0\.03 s: one must divide the other, as by --step 0\.02"),
+        ("1e-300", r"which are 3e\+299 in the run; expected at most 1e\+07"),
+        ("0.6", r"and the run from 0 s to 0\.3 s is shorter than one"),
+    ],
+)
+def test_a_fixed_step_that_does_not_fit_is_refused_with_both(make, step, reason):
+    with pytest.raises(WiringError, match=rf"a takes steps of {float(step):g} s alone .*{reason}"):
+        simulate(foreign.alone(make(flags=FIXED, experiment=f'stepSize="{step}"')))
+
+
+def test_a_step_that_is_no_number_is_none(make, tmp_path):
+    fmu = make(flags=FIXED, experiment='stepSize="0,01"')
+    told = ok("run", foreign.ssp(tmp_path / "a.ssp", fmu), "--output", tmp_path)
+    assert "attribute 'stepSize': '0,01'" in told
+    assert len(simulate(foreign.alone(fmu))) == 11
+
+
+def test_times_too_far_from_zero_for_the_step_are_refused(make):
+    far = replace(foreign.alone(make()), start_time=1e15, stop_time=1e15 + 1)
+    with pytest.raises(WiringError, match=r"numbers are too coarse for steps of 0\.03 s: start nearer to 0 s"):
+        simulate(far)
 
 
 @IN_BOTH
@@ -211,9 +247,9 @@ def test_rows_are_recorded_at_the_output_interval(fmus, in_numpy):
 
 
 def test_another_process_sees_the_rows_of_a_run_with_any_number_of_columns(tmp_path):
-    dtype = np.dtype([(f"element.variable[{i}]", np.float64) for i in range(1000)])
-    Memory(tmp_path).rows(2, dtype)["element.variable[999]"] = 3.0
-    assert seen_rows(tmp_path)["element.variable[999]"].tolist() == [3.0, 3.0]
+    dtype = np.dtype([(f'"Größe" 😀[{i}]', np.float64) for i in range(1000)])
+    Memory(tmp_path).rows(2, dtype)['"Größe" 😀[999]'] = 3.0
+    assert seen_rows(tmp_path)['"Größe" 😀[999]'].tolist() == [3.0, 3.0]
 
 
 def test_many_results_are_kept_in_a_file(fmus, monkeypatch):
@@ -275,14 +311,14 @@ def test_a_process_that_dies_in_an_fmu_is_told_and_the_results_so_far_are_kept(m
     assert np.array_equal(results["time"], np.arange(rows) * 0.03)
 
 
-@pytest.mark.parametrize("name", ["close_in_step", "chdir_in_setup", "warn_in_step", "a"])
+@pytest.mark.parametrize("name", ["close_in_step", "chdir_in_setup", "warn_in_step", "fork_in_step", "a"])
 def test_a_run_apart_is_the_run_here_whatever_an_fmu_does_to_its_process(make, name):
     wiring, warnings = foreign.alone(make(), name), []
     apart = simulate_apart(wiring, warn=warnings.append)
     assert len(warnings) == (6 if name.startswith("warn") else 0)
-    if not name.startswith("close"):
+    if not name.startswith(("close", "fork")):
         assert np.array_equal(apart, simulate(wiring))
-    assert len(apart) == 11
+    assert np.array_equal(apart[f"{name}.n"], np.arange(11))
 
 
 def test_the_command_keeps_the_results_of_an_fmu_that_crashes_or_hangs(make, tmp_path):
@@ -299,7 +335,7 @@ def test_the_command_keeps_the_results_of_an_fmu_that_crashes_or_hangs(make, tmp
 
 def test_the_command_sets_times_and_inputs(make, tmp_path):
     archive, table = foreign.ssp(tmp_path / "a.ssp", make()), tmp_path / "u.csv"
-    table.write_text('"time","a.u"\n10,1\n10.2,3\n', encoding="utf-8")
+    table.write_text('"time","a.u"\n10,1\n10.2,3\n', encoding="utf-8-sig")  # as spreadsheets write it
     times = ("--start-time", "10", "--stop-time", "10.2", "--step", "0.05", "--output-interval", "0.1")
     ok("run", archive, *times, "--input", table, "--output", tmp_path, "--name", "a")
     with (tmp_path / "a.csv").open(encoding="utf-8") as file:
@@ -309,13 +345,38 @@ def test_the_command_sets_times_and_inputs(make, tmp_path):
     assert [row["a.state"] for row in rows] == ["1", "1", "1"]
 
 
-@pytest.mark.parametrize("text", ["", "time\n", "time,a.u\n0\n", "time,a.u\n0,much\n", "a.u,time\n0,0\n"])
-def test_a_file_that_is_no_table_is_named(make, tmp_path, text):
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "(it is empty)"),
+        ("time\n", "has no rows"),
+        ("time,a.u\n0\n", "(line 2 has 1 cells, the head 2, parted by commas)"),
+        ("time,a.u\n0,much\n", "(line 2, parted by commas: expected a number, got 'much')"),
+        ("time;a.u\n0;0\n", "(line 2, parted by commas: expected a number, got '0;0')"),
+        ("time,a.u\n0,1_0\n", "got '1_0'"),
+        ("a.u,time\n0,0\n", "first column is not `time`"),
+    ],
+)
+def test_a_file_that_is_no_table_is_named(make, tmp_path, text, reason):
     (tmp_path / "u.csv").write_text(text, encoding="utf-8")
     archive = foreign.ssp(tmp_path / "a.ssp", make())
     done = call("run", archive, "--input", tmp_path / "u.csv", "--output", tmp_path)
     assert done.exit_code == 1
     assert "table of inputs" in one_line(done)
+    assert reason in one_line(done)
+
+
+def test_texts_and_names_are_cells_of_the_csv(make, tmp_path):
+    path, text = foreign.ssp(tmp_path / "a.ssp", make(), "x&quot;,y"), 'a,b "c"\nd'
+    ok("run", path, "--set", f'x",y.file={text}', "--output", tmp_path, "--name", "a")
+    with (tmp_path / "a.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row['x",y.text'] for row in rows] == [text] * 11
+
+
+def test_what_an_fmu_prints_does_not_come_between_the_lines_of_results(make, capfd):
+    assert len(simulate_apart(foreign.alone(make(), "print_in_step"))) == 11
+    assert capfd.readouterr() == ("", "said by the FMU\n" * 6)
 
 
 def test_an_element_of_an_inner_system_is_fed_by_its_whole_name(make):

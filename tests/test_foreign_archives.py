@@ -389,6 +389,19 @@ FMUS = {
         "needs the tool that made it in each run (PythonFMU",
     ),
     "reference to nothing": ([('index="6"', 'index="99"')], {}, "is not a readable FMU: "),
+    "dependency on nothing": (
+        [('index="6"', 'index="6" dependencies="99"')],
+        {},
+        "is not a readable FMU: it refers to a variable by an index that none has.",
+    ),
+    "reference in words": ([('valueReference="2"', 'valueReference="two"')], {}, "'two' is not a valid value of"),
+    "reference beyond 32 bits": (
+        [('valueReference="2"', 'valueReference="4294967298"')],
+        {},
+        "is not a readable FMU: the valueReference 4294967298 of",
+    ),
+    "no guid": ([(" guid=", " author=")], {}, "is not a readable FMU: it has no guid."),
+    "no identifier": ([(" modelIdentifier=", " x=")], {}, "is not a readable FMU: it has no modelIdentifier."),
 }
 
 

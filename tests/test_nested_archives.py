@@ -364,6 +364,8 @@ def test_mapped_parameters_are_converted_transformed_and_set(mixed, tmp_path, ca
         (("T", "a.mode"), ("Integer", 3), "expected one of off (1)"),
         (("T", "a.mode"), ("String", "fast"), "type String does not match Enumeration"),
         (("T", "a.y"), ("Real", 1), "a.y cannot be set"),
+        (("T", "a.level", "", LINEAR.replace('"2"', '"INF"')), ("Real", 1), "a.level: 1 becomes inf by"),
+        (("T", "a.level", "", LINEAR.replace('"2"', '"NaN"')), ("Real", 1), "a.level: 1 becomes nan by"),
     ],
 )
 def test_mapped_parameters_that_cannot_be_set_are_refused(mixed, tmp_path, entry, value, reason):
@@ -371,6 +373,26 @@ def test_mapped_parameters_that_cannot_be_set_are_refused(mixed, tmp_path, entry
     told = problems(written(tmp_path / "wrong.ssp", ssd(content), {"mixed": mixed}))
     assert len(told) == 1
     assert reason in told[0]
+
+
+def test_a_mapping_of_two_to_one_is_refused(mixed, tmp_path):
+    values, entries = parameter_set(T=("Real", 1), S=("Real", 2)), (("T", "a.level"), ("S", "a.level"))
+    content = bindings(binding(values, mapping(*entries))) + elements(component("a", "mixed"))
+    (told,) = problems(written(tmp_path / "two.ssp", ssd(content), {"mixed": mixed}))
+    assert "Parameter a.level stands twice as a target of one parameter mapping: remove an entry." in told
+
+
+def test_ways_that_part_and_meet_are_not_followed_each(mixed, tmp_path):
+    through = connectors(i="input", o="output") + connections((".i", ".o"))
+    content, pairs, last = [component("a", "mixed")], [], ".p"
+    for n in range(40):  # 2 ** 40 ways
+        content += [system(f"{name}{n}", through) for name in "xyz"]
+        pairs += [(last, f"x{n}.i"), (last, f"y{n}.i"), (f"x{n}.o", f"z{n}.i"), (f"y{n}.o", f"z{n}.i")]
+        last = f"z{n}.o"
+    bound = bindings(binding(parameter_set(p=("Real", 1))))
+    whole = connectors(p="input") + bound + elements(*content) + connections(*pairs, (last, "a.level"))
+    (told,) = problems(written(tmp_path / "ways.ssp", ssd(whole), {"mixed": mixed}))
+    assert "z39.i has 2 sources, x39.o and y39.o" in told
 
 
 def test_a_mapping_of_what_its_set_has_not_is_told(mixed, tmp_path):

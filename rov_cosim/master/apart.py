@@ -38,6 +38,7 @@ _LOOK = 0.02
 _PATIENCE = 5.0
 """Time in s after which a process that was told to stop is killed."""
 _TASK, _OUTCOME, _WARNINGS = "task", "outcome", "warnings"
+_STDERR = 2
 
 
 def simulate_apart(
@@ -92,8 +93,9 @@ class _Child:
     def __init__(self, folder: Path, warn: Callable[[str], None]) -> None:
         self._folder, self._warn, self._read = folder, warn, 0
         # Its standard input ends with this process; Ctrl-C is answered here alone; no module is of the user's folder.
+        # What an FMU prints goes where warnings go, not between the lines of a table.
         command = [sys.executable, "-P", "-m", __name__, str(folder)]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=_STDERR, start_new_session=True)
         self.watch = Watch()
         self._shared: Watch | None = None
         self._at, self._since = (0, 0, 0, 0), monotonic()
@@ -182,6 +184,7 @@ _FUNCTIONS = {
     "s": "fmi2Set{}",
     "d": "fmi2DoStep",
     "F": "fmi2FreeInstance",
+    "u": "the unloading of its library",
 }
 """What a process may die in, by `Watch.call`."""
 

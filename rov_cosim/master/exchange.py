@@ -42,6 +42,11 @@ def rows_after(steps: int, spacing: float) -> int:
     return floor(steps / spacing + 1e-9)
 
 
+def differing(rows: NDArray[Any]) -> list[str]:
+    """Return the fields in which two rows differ, bit by bit."""
+    return [name for name in rows.dtype.names or () if rows[name][:1].tobytes() != rows[name][1:].tobytes()]
+
+
 class Exchange:
     """The slaves of a system in order, the copies that carry outputs to inputs, and what is fed from outside."""
 
@@ -128,8 +133,8 @@ class InPython:
         self.exchange, self.steps, self.watch = exchange, steps, watch
 
     @np.errstate(over="ignore")  # of a product on a link; what becomes infinite is told
-    def settle(self, given: GivenRows) -> bool:
-        """Hand initial outputs on until no value changes any more; tell whether that came to pass.
+    def settle(self, given: GivenRows) -> list[str]:
+        """Hand initial outputs on until no value changes any more; return those that still do, none if it came to pass.
 
         `given` is as in `run`, of the first step alone.
         """
@@ -142,8 +147,8 @@ class InPython:
             for slave in exchange.slaves:
                 exchange.feed(slave, fed, False)
             if n and rows[0].tobytes() == rows[1].tobytes():
-                return True
-        return False
+                return []
+        return differing(rows)
 
     def begin(self, row: NDArray[Any]) -> None:
         """Read all outputs and record them in an array of one row; SlaveError if that fails."""

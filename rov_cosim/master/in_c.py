@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..errors import UserError
 from ..exporters import archive, zig
 from ..exporters.build import project_root
-from .exchange import PASSES, Coupling, Exchange, GivenRows, Steps, gauss_seidel, jacobi
+from .exchange import PASSES, Coupling, Exchange, GivenRows, Steps, differing, gauss_seidel, jacobi
 from .memory import Watch
 from .slave import TYPES, Block, SlaveError
 
@@ -121,14 +121,14 @@ class InC:
             steps.must_be_finite,
         )
 
-    def settle(self, given: GivenRows) -> bool:
+    def settle(self, given: GivenRows) -> list[str]:
         """As `InPython.settle`."""
         rows = np.zeros(2, self._exchange.dtype)
         passes = PASSES + self._exchange.n_links
         found = self._library.settle(byref(self._loop), passes, _data(given), rows.ctypes.data, byref(self._watch))
         if found < 0:
             raise self._error(None)
-        return bool(found)
+        return [] if found else differing(rows)
 
     def begin(self, row: NDArray[Any]) -> None:
         """As `InPython.begin`."""

@@ -44,12 +44,18 @@ class Log:
         lines = message.decode(errors="replace").splitlines() or [""]
         if lines[0].startswith("Traceback"):  # of an FMU that runs Python
             lines = lines[-1:]
-        text = " ".join(" ".join(lines).split()) + (" ..." if len(message) >= _LONGEST else "")
+        shown = "".join(c if c.isprintable() else " " for c in " ".join(lines))  # no orders to the user's terminal
+        text = " ".join(shown.split()) + (" ..." if len(message) >= _LONGEST else "")
         if status > fmi2Warning:
             if text and text not in self.errors and len(self.errors) < MOST_ERRORS:
                 self.errors.append(text)
         elif status == fmi2Warning:
             self.warn(f"{self.element}: {text or 'a warning without words'}")
+
+    def tell_errors(self) -> None:
+        """Hand on, as warnings, the errors that no call reported."""
+        for text in self.errors:
+            self.warn(f"{self.element} logged an error, though none of its calls failed: {text}")
 
 
 def _log(

@@ -1,5 +1,6 @@
 """Where a run keeps its results and tells where it is: in this process, or in files that another reads along."""
 
+import json
 import mmap
 from ctypes import Structure, c_int, c_size_t
 from pathlib import Path
@@ -9,16 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+_DTYPE = "dtype.json"
 LARGEST = 256_000_000
 """Bytes of results beyond which they are kept in a temporary file, not in memory."""
-_LONGEST_HEADER = 2**30
-"""Characters of the names of all columns; NumPy refuses 10 000 unless it is told, of files that nobody trusts."""
 
 
 class Watch(Structure):
     """Where a run is, and the word for it to stop; as in c/loop.h, and by which other letters `slave.CALLS` tells.
 
-    Of `call` besides: ``l`` the library is loaded, ``i`` instantiated, ``F`` freed.
+    Of `call` besides: ``l`` the library is loaded, ``u`` unloaded, ``i`` instantiated, ``F`` freed.
     """
 
     _fields_ = (
@@ -46,7 +46,7 @@ class Memory:
         """Return room for so many rows."""
         size = n * dtype.itemsize
         if self._folder:
-            np.save(self._folder / "dtype.npy", np.zeros(0, dtype))
+            (self._folder / _DTYPE).write_text(json.dumps(dtype.descr), encoding="utf-8")
             return np.frombuffer(_mapped(self._folder / "rows", max(size, 1)), dtype, n)
         if size <= LARGEST:
             return np.zeros(n, dtype)
@@ -63,9 +63,9 @@ def seen_watch(folder: Path) -> Watch:
 def seen_rows(folder: Path) -> NDArray[Any]:
     """Return all rows of the run that keeps its memory in a folder, those to come too."""
     try:
-        kept = np.load(folder / "dtype.npy", max_header_size=_LONGEST_HEADER)
-        return np.frombuffer(_mapped(folder / "rows", 0), kept.dtype)
-    except FileNotFoundError:
+        fields = json.loads((folder / _DTYPE).read_text(encoding="utf-8"))
+        return np.frombuffer(_mapped(folder / "rows", 0), [tuple(field) for field in fields])
+    except (FileNotFoundError, ValueError):  # not there yet, or not whole
         return np.zeros(0, [("time", np.float64)])
 
 
@@ -74,4 +74,7 @@ def _mapped(path: Path, size: int) -> mmap.mmap:
     with path.open("r+b" if not size else "w+b") as file:
         if size:
             file.truncate(size)
-        return mmap.mmap(file.fileno(), size)
+        mapped = mmap.mmap(file.fileno(), size)
+    if size and hasattr(mmap, "MADV_DONTFORK"):  # an FMU that forks would write each row twice
+        mapped.madvise(mmap.MADV_DONTFORK)
+    return mapped

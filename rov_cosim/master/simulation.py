@@ -104,6 +104,8 @@ def simulate(
             run.take_steps(progress, interrupted)
             for slave in run.exchange.slaves:
                 slave.call("terminate")
+            for slave in run.exchange.slaves:
+                slave.log.tell_errors()
         except LoadError as error:
             raise SimulationError(str(error), run.results) from error
         except SlaveError as error:
@@ -168,8 +170,10 @@ def initialize(
     for slave in exchange.slaves:
         slave.call("setupExperiment", startTime=start_time)
         slave.call("enterInitializationMode")
-    if not loop.settle(given):
-        raise SimulationError("The initial values do not settle: they depend on each other in a loop.", np.empty(0))
+    if unsettled := loop.settle(given):
+        why = f"{', '.join(unsettled[:3])} still change{'s' if len(unsettled) == 1 else ''}"
+        what = f"The initial values do not settle: {why}, in a loop of connections or on their own."
+        raise SimulationError(what, np.empty(0))
     for slave in exchange.slaves:
         slave.call("exitInitializationMode")
 

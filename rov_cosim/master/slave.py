@@ -28,7 +28,7 @@ TEXT_SIZE = 64
 _CTYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
 _DTYPES: dict[str, Any] = {"Real": np.float64, "Integer": np.int32, "Boolean": np.bool_, "String": f"S{TEXT_SIZE}"}
 
-_STATUSES = {2: "discard", 3: "error", 4: "fatal", 5: "pending"}
+_STATUSES = {2: "discard", 3: "error", 4: "fatal", 5: "pending: which is not supported"}
 
 
 _loading = Lock()
@@ -140,7 +140,7 @@ class Slave:
         """Free the instance if there is one, and unload the library."""
         if self.fmu.component is not None:
             self.free()
-        self.fmu.freeLibrary()
+        self._call(self.fmu.freeLibrary, "u")
 
     def lay_out(self, fed: Collection[str]) -> None:
         """Lay out the memory of the outputs, and of the inputs that are fed."""
@@ -185,9 +185,10 @@ class Slave:
 
     def failed(self, function: str, status: int) -> SlaveError:
         """Return what went wrong in a call: the reasons that the FMU logged, if it did."""
+        name = _STATUSES.get(status, "none of FMI's")
         if not self.errors:
-            return SlaveError(self, str(FMICallException(function, status)))
-        return SlaveError(self, f"{' '.join(self.errors)} ({function}: {_STATUSES.get(status, status)}).")
+            return SlaveError(self, f"{function} failed with status {status} ({name}).")
+        return SlaveError(self, f"{' '.join(self.errors)} ({function}: {name}).")
 
     def not_finite(self, block: Block, variable: int) -> SlaveError:
         """Return what is wrong with a variable of a block that is not finite."""

@@ -12,6 +12,8 @@ from .values import are_alike, is_settable
 from .wiring import Element, End, Link, Wiring, suggestion, unit_factor, variables_of
 
 MOST_STEPS = 10_000_000
+_TIME_RESOLUTION = 1e-3
+"""Of a step: what the rounding of a time may come to."""
 LONGEST_NAME = 100
 """Characters of an element's name, which is that of a file too."""
 
@@ -141,13 +143,22 @@ def _experiment_problems(wiring: Wiring) -> Iterable[str]:
     elif (stop - start) / step > MOST_STEPS:
         n = (stop - start) / step
         yield f"The run has {n:.3g} steps; expected at most {MOST_STEPS:.3g}: take longer steps."
+    elif np.spacing(max(abs(start), abs(stop))) > _TIME_RESOLUTION * step:
+        yield f"From {start:g} s to {stop:g} s numbers are too coarse for steps of {step:g} s: start nearer to 0 s."
 
 
 def _rate_problems(wiring: Wiring) -> Iterable[str]:
+    duration = wiring.stop_time - wiring.start_time
     for element in wiring.elements:
-        if rate_of(element, wiring.step_size) is None:
-            fixed = fixed_step(element)
+        fixed = fixed_step(element)
+        if fixed is None:
+            continue
+        what = f"{element.name} takes steps of {fixed:g} s alone (canHandleVariableCommunicationStepSize is false), "
+        if duration / fixed > MOST_STEPS:
+            yield f"{what}which are {duration / fixed:.3g} in the run; expected at most {MOST_STEPS:.3g}."
+        elif duration / fixed * (1 + 1e-9) < 1:
+            yield f"{what}and the run from {wiring.start_time:g} s to {wiring.stop_time:g} s is shorter than one."
+        elif rate_of(element, wiring.step_size) is None:
             yield (
-                f"{element.name} takes steps of {fixed:g} s alone (canHandleVariableCommunicationStepSize is false), "
-                f"the system steps by {wiring.step_size:g} s: one must divide the other, as by --step {fixed:g}."
+                f"{what}the system steps by {wiring.step_size:g} s: one must divide the other, as by --step {fixed:g}."
             )

@@ -246,11 +246,11 @@ class Flattening:
         return found
 
     def _ways(self, node: _Node, before: tuple[_Edge, ...] = ()) -> Iterator[tuple[_Edge, ...]]:
-        """Yield the ways that lead from a connector to FMUs."""
+        """Yield the ways that lead from a connector to FMUs, but for those through what has two sources, a problem."""
         for edge in self._out_of.get(node, ()):
             if self._is_leaf(edge.target):
                 yield (*before, edge)
-            elif edge not in before:
+            elif edge not in before and len(self._into[edge.target]) == 1:
                 yield from self._ways(edge.target, (*before, edge))
 
     def _led(self, one: Bound, way: tuple[_Edge, ...]) -> Bound:

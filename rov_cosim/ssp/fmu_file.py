@@ -17,6 +17,7 @@ from . import zipped
 DESCRIPTION = "modelDescription.xml"
 MOST_NAMED = 2
 """Formal faults of an FMU that a warning shows; it counts the rest."""
+_LARGEST_REFERENCE = 2**32 - 1
 _PYTHONFMU = "resources/slavemodule.txt"
 
 
@@ -46,17 +47,14 @@ def described(
         with zipped.opened(fmu) as archive:
             if problem := _problem(archive, versions):
                 raise FmuError(f"{name} {problem}")
-            description, faults = _read(fmu)
+            try:
+                description, faults = _read(fmu)
+            except _UnreadableError as error:
+                raise FmuError(f"{name} is not a readable FMU: {_line(str(error))}") from None
             if problem := _unfit(description, archive):
                 raise FmuError(f"{name} {problem}")
     except zipped.ZipError as error:
         raise FmuError(f"{name} is not a readable FMU: it {error}") from None
-    except ValidationError as error:
-        raise FmuError(f"{name} is not a readable FMU: {_line(error.problems[0])}") from None
-    except FmuError:
-        raise
-    except Exception as error:  # FMPy raises plain exceptions of many types
-        raise FmuError(f"{name} is not a readable FMU: {_line(str(error))}") from None
     for variable in description.modelVariables:
         # A variable has the unit of its type unless it has one of its own, which FMPy leaves to its callers.
         if variable.unit is None and variable.declaredType is not None:
@@ -95,15 +93,24 @@ def _other(versions: Iterable[int]) -> str:
     return f"is not an FMU for co-simulation with FMI {' or '.join(f'{major}.0' for major in versions)}"
 
 
+class _UnreadableError(Exception):
+    """A description that FMPy cannot read, with the reason."""
+
+
 def _read(fmu: Path) -> tuple[ModelDescription, list[str]]:
-    """Return the description of an FMU, and what is formally wrong with it."""
+    """Return the description of an FMU, and what is formally wrong with it; _UnreadableError if there is none."""
     try:
         return read_model_description(str(fmu)), []
     except ValidationError as error:
         faults = list(error.problems)
     except Exception:  # FMPy's validation stumbles over display units whose unit is not defined
         faults = []
-    description = read_model_description(str(fmu), validate=False)
+    try:
+        description = read_model_description(str(fmu), validate=False)
+    except IndexError:
+        raise _UnreadableError("it refers to a variable by an index that none has.") from None
+    except Exception as error:  # of many types, and often less telling than the schema
+        raise _UnreadableError(faults[0] if faults else str(error)) from None
     if not faults:
         defined = {unit.name for unit in description.unitDefinitions}
         for variable in description.modelVariables:
@@ -119,6 +126,13 @@ def _unfit(description: ModelDescription, archive: ZipFile) -> str:
     simulation = description.coSimulation
     if simulation is None:
         return f"{_other([description.fmiMajorVersion])}: it is for model exchange alone."
+    token = "guid" if description.fmiMajorVersion == 2 else "instantiationToken"
+    for attribute, value in {token: description.guid, "modelIdentifier": simulation.modelIdentifier}.items():
+        if value is None:
+            return f"is not a readable FMU: it has no {attribute}."
+    for variable in description.modelVariables:
+        if not 0 <= variable.valueReference <= _LARGEST_REFERENCE:
+            return f"is not a readable FMU: the valueReference {variable.valueReference} of {variable.name} is none."
     names = {str(zipped.place(info)) for info in archive.infolist()}
     if simulation.needsExecutionTool and _PYTHONFMU not in names:  # pythonfmu says so of Python, which is here
         tool = description.generationTool or "whichever that is"

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 
 from fmpy.model_description import ModelDescription, ModelVariable
@@ -44,6 +45,12 @@ class Bound:
 
     def value_for(self, variable: ModelVariable, units: Mapping[str, Base]) -> Value:
         """Return the value for a variable in whose FMU units mean `units`; ValueError if there is none."""
+        value = self._value_for(variable, units)
+        if isinstance(value, float) and not isfinite(value):
+            raise ValueError(f"{self.literal} becomes {value:g} by units and factors on its way")
+        return value
+
+    def _value_for(self, variable: ModelVariable, units: Mapping[str, Base]) -> Value:
         if self.type != variable.type and (self.type, variable.type) not in _FITTING:
             raise ValueError(f"type {self.type} does not match {variable.type}")
         value = value_of(self._tabled(variable), variable)
@@ -131,11 +138,11 @@ def parameters(parameter_set: etree._Element, prefix: str = "") -> Iterator[Boun
         yield Bound(name, etree.QName(typed).localname, typed.get("value"), typed.get("unit"), units)
 
 
-def repeated(bound: Iterable[Bound]) -> Iterator[str]:
-    """Yield a sentence for each parameter that stands twice in a set."""
+def repeated(bound: Iterable[Bound], where: str = "in one parameter set: remove one") -> Iterator[str]:
+    """Yield a sentence for each parameter that stands twice, `where` with the cure."""
     for name, times in Counter(one.name for one in bound).items():
         if times > 1:
-            yield f"Parameter {name} stands twice in one parameter set: remove one."
+            yield f"Parameter {name} stands twice {where}."
 
 
 def mapped(

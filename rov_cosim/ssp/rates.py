@@ -33,8 +33,16 @@ def rate_of(element: Element, step: float) -> Rate | None:
 
 def fixed_step(element: Element) -> float | None:
     """Return the only step in s that the FMU of an element takes; None if it takes any, or does not say which."""
-    experiment = element.description.defaultExperiment
-    if element.description.coSimulation.canHandleVariableCommunicationStepSize or experiment is None:
+    if element.description.coSimulation.canHandleVariableCommunicationStepSize:
         return None
-    step = float(experiment.stepSize or 0)
+    return named_step(element)
+
+
+def named_step(element: Element) -> float | None:
+    """Return the step in s that the FMU of an element names; None if it names none, or what is none."""
+    experiment = element.description.defaultExperiment
+    try:
+        step = float(experiment.stepSize or 0) if experiment else 0.0
+    except ValueError:  # a formal fault, of which is told where the FMU is read
+        return None
     return step if 0 < step < float("inf") else None

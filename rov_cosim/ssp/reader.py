@@ -4,7 +4,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from math import floor, isfinite, log10
+from math import floor, log10
 from pathlib import Path
 
 from fmpy.model_description import ModelDescription
@@ -15,6 +15,7 @@ from .checks import faults_of
 from .flattening import Flattening, components
 from .fmu_file import DESCRIPTION, FmuError, described
 from .parameter_set import Bound, checked_values
+from .rates import named_step
 from .ssd import Component, Structure
 from .units import Base, is_defined, same_unit, units_of
 from .values import are_alike
@@ -151,8 +152,7 @@ def _step_size(structure: Structure, elements: list[Element]) -> tuple[float, st
     """Return the step that the archive names, else the shortest of its FMUs, else a round one with a word on it."""
     if structure.step_size is not None:
         return structure.step_size, ""
-    experiments = [e.description.defaultExperiment for e in elements]
-    named = [step for e in experiments if e and e.stepSize and isfinite(step := float(e.stepSize)) and step > 0]
+    named = [step for step in map(named_step, elements) if step]
     duration = structure.stop_time - structure.start_time
     if named:
         step, of = min(named), "the shortest that an FMU of it names"

@@ -171,6 +171,7 @@ class _Reader:
             else:
                 mapping = self._attached(entry, entry, "ssm")
                 bound = [] if mapping is None else list(mapped(bound, mapping, self._problems, self._warn))
+                self._problems += repeated(bound, "as a target of one parameter mapping: remove an entry")
             found += bound
         return tuple(found)
 

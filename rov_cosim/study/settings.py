@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import UserError
 from ..exporters.model_description import GENERATION_TOOL
+from ..ssp.values import parse
 from ..ssp.wiring import Wiring
 from .changes import plain
 
@@ -81,13 +82,27 @@ class Settings:
 def _read(path: Path) -> NDArray[Any]:
     """Return a CSV in the form of FMPy's, all numbers, as a structured array."""
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            names, *rows = (row for row in csv.reader(file) if row)
-        values = [tuple(float(_NUMBERS.get(text.strip().lower(), text)) for text in row) for row in rows]
+        with path.open(newline="", encoding="utf-8-sig") as file:  # with the mark that spreadsheets write first
+            reader = csv.reader(file)
+            lines = [(reader.line_num, row) for row in reader if row]
+        if not lines:
+            raise ValueError("it is empty")
+        (_, names), *rows = lines
+        values = [_numbers(row, names, line) for line, row in rows]
         return np.array(values, [(name.strip(), np.float64) for name in names])
     except (OSError, ValueError, TypeError, csv.Error) as error:
         message = f"{path} is no table of inputs ({error}): expected a head `time,ELEMENT.VARIABLE,...` and numbers."
         raise UserError(message) from None
 
 
-_NUMBERS = {"true": "1", "false": "0"}
+def _numbers(row: list[str], names: list[str], line: int) -> tuple[float, ...]:
+    """Return the cells of a row as numbers; ValueError if it has others than the head has names."""
+    if len(row) != len(names):
+        raise ValueError(f"line {line} has {len(row)} cells, the head {len(names)}, parted by commas")
+    try:
+        return tuple(float(parse(_BOOLEANS.get(text.strip().lower(), text), "Real")) for text in row)
+    except ValueError as error:
+        raise ValueError(f"line {line}, parted by commas: {error}") from None
+
+
+_BOOLEANS = {"true": "1", "false": "0"}

@@ -60,7 +60,21 @@ static fmi2Status misbehave(Model *m, const char *function) {
         m->host.logger(m->host.componentEnvironment, m->name, fmi2Warning, "w", "the limit of %d is near", m->i[0]);
     if (!strcmp(how, "infinite"))
         m->r[5] = INFINITY;
-    if (!strcmp(how, "close") || !strcmp(how, "warn") || !strcmp(how, "infinite"))
+    if (!strcmp(how, "report")) /* an error, and goes on */
+        m->host.logger(m->host.componentEnvironment, m->name, fmi2Error, "e", "\x1b[31mthe pump\a is broken");
+    if (!strcmp(how, "fork")) /* two go on */
+        fork();
+    if (!strcmp(how, "print")) {
+        puts("said by the FMU");
+        fflush(stdout);
+    }
+    if (!strcmp(how, "drift"))
+        m->r[5]++;
+    if (!strcmp(how, "pending"))
+        return fmi2Pending;
+    if (!strcmp(how, "odd"))
+        return 77;
+    if (strcmp(how, "words") && strcmp(how, "quiet") && strcmp(how, "nothing") && strcmp(how, "flood") && strcmp(how, "lost"))
         return fmi2OK;
     return fmi2Discard;
 }
@@ -137,6 +151,8 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference v[], size_t n, 
     Model *m = c;
     if (m->r[0] > 0.1)
         PASS("get");
+    else
+        PASS("begin");
     for (size_t k = 0; k < n; k++)
         x[k] = m->r[v[k]];
     return fmi2OK;
