@@ -17,7 +17,7 @@ from rov_cosim.ssp.fmu_file import FmuError, described
 from rov_cosim.ssp.swapping import with_swaps
 from rov_cosim.ssp.wiring import WiringError
 from structure import EXPERIMENT, binding, bindings, component, elements, parameter_set, spaces, ssd, written
-from typed import call
+from typed import call, ok
 
 ONE = elements(component("a", "gain"))
 STEPS = EXPERIMENT.replace(
@@ -336,6 +336,18 @@ def test_formal_faults_that_fmpy_runs_are_told_once_and_run(plain_gain, tmp_path
     assert len(told) == 1
     assert told[0].startswith("resources/gain.fmu is not quite as FMI wants it: ")
     assert sentence in told[0]
+
+
+@pytest.mark.parametrize("start", ["much", "0,5", "INF", "NaN"])
+def test_a_start_that_is_no_finite_number_is_left_to_the_fmu(plain_gain, tmp_path, start):
+    fmu = described_as(
+        plain_gain, tmp_path / "odd.fmu", ('<Real start="2', f'<Real start="{start}" min="{start}" max="2')
+    )
+    wiring, _ = read(written(tmp_path / "odd.ssp", ssd(ONE, STEPS), {"gain": fmu}))
+    assert not wiring.elements[0].has_value("gain")
+    assert "gain" in ok("show", tmp_path / "odd.ssp", "a")
+    done = call("run", tmp_path / "odd.ssp", "--output", tmp_path, "--archive", tmp_path / "whole.ssp")
+    assert done.exit_code == 0, done.output
 
 
 def test_many_formal_faults_are_one_warning_of_a_swap_too(one, plain_gain, tmp_path):

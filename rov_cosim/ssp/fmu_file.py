@@ -13,6 +13,7 @@ from lxml import etree
 from ..errors import UserError
 from ..exporters import zig
 from . import zipped
+from .values import is_value
 
 DESCRIPTION = "modelDescription.xml"
 MOST_NAMED = 2
@@ -59,6 +60,10 @@ def described(
         # A variable has the unit of its type unless it has one of its own, which FMPy leaves to its callers.
         if variable.unit is None and variable.declaredType is not None:
             variable.unit = variable.declaredType.unit
+        # What is no finite value of its type cannot be set or handed on: the FMU begins with what it means by it.
+        for attribute in ("start", "min", "max") if description.fmiMajorVersion == 2 else ():
+            if not is_value(getattr(variable, attribute), variable.type):
+                setattr(variable, attribute, None)
     if faults:
         more = f" And {len(faults) - MOST_NAMED} more." if len(faults) > MOST_NAMED else ""
         warn(f"{name} is not quite as FMI wants it: {' '.join(map(_line, faults[:MOST_NAMED]))}{more}")

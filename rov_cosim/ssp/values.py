@@ -60,11 +60,23 @@ def are_alike(type_: str, other: str) -> bool:
 
 
 def items_of(variable: ModelVariable) -> dict[str, int]:
-    """Return the items of a variable's enumeration by name; none if it is of another type, or the FMU tells none."""
+    """Return the items of a variable's enumeration by name; none if it is of another type, or the FMU tells none.
+
+    Items without a whole number, a formal fault, cannot be given.
+    """
     declared = variable.declaredType
     if variable.type != "Enumeration" or declared is None:
         return {}
-    return {item.name: int(item.value) for item in declared.items}
+    return {item.name: int(item.value) for item in declared.items if is_value(item.value, "Integer")}
+
+
+def is_value(literal: str | None, type_: str) -> bool:
+    """Tell whether a literal stands for a value of an FMI type."""
+    try:
+        parse(str(literal), type_)
+    except ValueError:
+        return False
+    return True
 
 
 def is_settable(variable: ModelVariable) -> bool:
