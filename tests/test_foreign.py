@@ -14,13 +14,16 @@ import numpy as np
 import pytest
 
 import foreign
+from rov_cosim.exporters import archive
 from rov_cosim.master import memory
 from rov_cosim.master.apart import simulate_apart
 from rov_cosim.master.exchange import gauss_seidel, jacobi
 from rov_cosim.master.instances import Instances
 from rov_cosim.master.memory import Memory, seen_rows
 from rov_cosim.master.simulation import SimulationError, simulate
+from rov_cosim.ssp import swap_map
 from rov_cosim.ssp.declaration import wire
+from rov_cosim.ssp.swapping import with_swaps
 from rov_cosim.ssp.wiring import End, Link, WiringError
 from rov_cosim.systems.catalogue import SYSTEMS
 from typed import call, ok, one_line
@@ -190,6 +193,22 @@ def test_a_string_lasts_until_it_is_recorded(make, in_numpy):
     wiring = foreign.pair(make(), make())
     named = replace(wiring, elements=tuple(replace(e, start_values={"file": f"of {e.name}"}) for e in wiring.elements))
     assert set(simulate(named, in_numpy=in_numpy)["b.text"]) == {b"of b"}
+
+
+@pytest.mark.parametrize(("value", "fits"), [(7, True), (2**31, False), (-(2**31), False), (1.5, False)])
+def test_a_constant_that_its_integer_cannot_hold_is_refused(make, tmp_path, value, fits):
+    wiring, other = foreign.pair(make(), make()), make()
+    wiring = replace(wiring, links=(Link(End("a", "selected"), End("b", "select")),))
+    content = archive.read(other)
+    text = content["modelDescription.xml"].replace(b'"selected"', b'"another"')
+    archive.write(other, {**content, "modelDescription.xml": text})
+    file = tmp_path / "map.toml"
+    file.write_text(f"[a.constants]\nselected = {value}\n", encoding="utf-8-sig")  # as Windows' editor writes it
+    if fits:
+        assert with_swaps(wiring, {"a": other}, swap_map.read(file)).value("b.select") == value
+        return
+    with pytest.raises(WiringError, match=rf"The constant {value} is not for selected, a Integer\."):
+        with_swaps(wiring, {"a": other}, swap_map.read(file))
 
 
 def test_strings_are_not_handed_on(make):

@@ -340,9 +340,8 @@ def test_formal_faults_that_fmpy_runs_are_told_once_and_run(plain_gain, tmp_path
 
 @pytest.mark.parametrize("start", ["much", "0,5", "INF", "NaN"])
 def test_a_start_that_is_no_finite_number_is_left_to_the_fmu(plain_gain, tmp_path, start):
-    fmu = described_as(
-        plain_gain, tmp_path / "odd.fmu", ('<Real start="2', f'<Real start="{start}" min="{start}" max="2')
-    )
+    odd = f'<Real start="{start}" min="{start}" max="2'
+    fmu = described_as(plain_gain, tmp_path / "odd.fmu", ('<Real start="2', odd))
     wiring, _ = read(written(tmp_path / "odd.ssp", ssd(ONE, STEPS), {"gain": fmu}))
     assert not wiring.elements[0].has_value("gain")
     assert "gain" in ok("show", tmp_path / "odd.ssp", "a")
@@ -435,6 +434,12 @@ def test_an_fmu_that_a_process_can_have_once_stands_in_a_system_once(plain_gain,
     two = elements(component("a", "gain"), component("b", "gain"))
     told = problem(written(tmp_path / "two.ssp", ssd(two, STEPS), {"gain": fmu}))
     assert told.startswith("a and b are of one FMU, PlainGain, of which a process can have one instance alone")
+
+
+def test_a_name_with_dollars_is_drawn_as_it_is(plain_gain, tmp_path):
+    path = written(tmp_path / "dollars.ssp", ssd(elements(component("a$b^{$", "gain")), STEPS), {"gain": plain_gain})
+    ok("show", path, "--picture", tmp_path / "dollars.svg")
+    assert "a$b^{$" in (tmp_path / "dollars.svg").read_text(encoding="utf-8")
 
 
 def test_a_run_of_a_foreign_archive_tells_on_the_screen_and_names_the_option(plain_gain, tmp_path):

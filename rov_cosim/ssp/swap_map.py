@@ -71,7 +71,7 @@ def read(path: Path) -> dict[str, SwapMap]:
     WiringError : everything in it that is no map; OSError if there is no such file.
     """
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except ValueError as error:  # of TOML, of UTF-8, or of an integer with thousands of digits
         raise WiringError(str(path), [f"This is not TOML: {error}."]) from None
     except RecursionError:

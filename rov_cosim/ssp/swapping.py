@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 
 from .checks import faults_of
 from .fmu_file import FmuError, described
 from .places import Places
 from .swap_map import SwapMap, folded, stem, unwanted
-from .values import Value, is_settable
+from .values import LARGEST_INTEGER, Value, is_settable
 from .wiring import Element, End, Link, Wiring, WiringError, called_by_fmu, suggestion
 
 Warn = Callable[[str], None]
@@ -111,9 +112,12 @@ class _Swap:
         """Return what the receiver of an output of ours gets instead of it."""
         type_ = self.our.variables[link.source.variable].type
         if type_ == "Real" and type(value) is not bool:
-            return link.factor * float(value)
-        if type(value) is not {"Boolean": bool, "Integer": int}.get(type_):
-            self._problem(f"The constant {value!r} is not for {link.source.variable}, a {type_}.")
+            handed = link.factor * float(value)
+            if isfinite(handed):
+                return handed
+        elif type(value) is {"Boolean": bool, "Integer": int}.get(type_) and abs(int(value)) <= LARGEST_INTEGER:
+            return value
+        self._problem(f"The constant {value!r} is not for {link.source.variable}, a {type_}.")
         return value
 
     def _led(self, links: Iterable[Link]) -> Iterator[Link]:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
@@ -17,6 +18,7 @@ _BEND = 0.32
 """Height of an arc that passes over elements, as a share of its length."""
 
 
+@rc_context({"text.parse_math": False})  # a name with dollars is no formula
 def draw_wiring(wiring: Wiring, path: Path) -> None:
     """Draw the elements with their FMUs, and the groups of variables that the links carry, as PNG or SVG.
 

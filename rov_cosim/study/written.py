@@ -33,7 +33,7 @@ def content(path: Path) -> dict[str, Any]:
     WiringError : it is not TOML; OSError if there is no such file.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except ValueError as error:  # of TOML, of UTF-8, or of an integer with thousands of digits
         raise WiringError(str(path), [f"This is not TOML: {error}."]) from None
     except RecursionError:
