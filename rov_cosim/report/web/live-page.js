@@ -1,6 +1,7 @@
 // The live part of the page: controls, runs of all chosen controllers, curves, table, picture, link and command.
 import { AXES, errors, score, wrapped } from "./score.js";
 import { Loops, command } from "./loops.js";
+import { lyapunov } from "./lyapunov.js";
 import { Panel } from "./panel.js";
 import { Player } from "./player.js";
 import { DOTTED, Plots, SOLID } from "./plots.js";
@@ -119,8 +120,23 @@ export class LivePage {
       const title = `Error of ${axis === "psi" ? "yaw in degrees" : `${axis} in m`} over time in s`;
       this.plots.draw($(`#plot-${axis}`), { title, time: longest.time, series: lines(scaled), band });
     }
+    this.#lyapunov(run);
     this.#table();
     this.#command(run);
+  }
+
+  #lyapunov(run) {
+    const { series, note } = lyapunov(run, this.#of(run));
+    const element = $("#plot-lyapunov");
+    $("#note-lyapunov").textContent = note;
+    element.hidden = !series;
+    if (series) this.plots.draw(element, { title: "Lyapunov function in J over time in s", time: run.time, series, isLogarithmic: true });
+  }
+
+  /** Return what gives the start value of an end in a run of the one in focus. */
+  #of(run) {
+    const system = this.system(this.panel.focus);
+    return (end) => run.set[end] ?? this.loops.own(system, end);
   }
 
   /** Draw the rest when the hand rests: a picture takes longer than a run where there is no GPU. */
@@ -161,7 +177,7 @@ export class LivePage {
   }
 
   #arm(run) {
-    const links = [1, 2].map((i) => run.set[`passive_arm.L[${i}]`] ?? this.loops.own(this.system(this.panel.focus), `passive_arm.L[${i}]`));
+    const links = [1, 2].map((i) => this.#of(run)(`passive_arm.L[${i}]`));
     const joints = [1, 2, 3, 4, 5, 6];
     this.plots.draw($("#plot-joints"), {
       title: "Joint angles of the arm in degrees",
@@ -176,7 +192,7 @@ export class LivePage {
     const valid = run.column("passive_arm.eta_m_valid");
     const measured = (axis) => {
       const [given, true_] = [run.column(`passive_arm.eta_m.${axis}`), run.column(`rov_plant.eta.${axis}`)];
-      return Array.from(given, (value, i) => (valid[i] ? wrapped(value - true_[i]) * SCALE[axis] : undefined));
+      return Array.from(given, (value, i) => (valid[i] ? wrapped(value - true_[i]) * SCALE[axis] : null));
     };
     for (const [name, axes, unit] of [
       ["measured", ["x", "y", "z"], "mm"],
@@ -248,8 +264,7 @@ export class LivePage {
   }
 
   #motion(run) {
-    const system = this.system(this.panel.focus);
-    const of = (end) => run.set[end] ?? this.loops.own(system, end);
+    const of = this.#of(run);
     if (this.built !== this.panel.vehicle) this.picture?.build(of);
     else if (this.picture) this.picture.of = of;
     this.built = this.panel.vehicle;
