@@ -54,14 +54,16 @@ export class LivePage {
     const found = new Map(this.of === vehicle ? this.runs : []);
     const after = [];
     for (const some of [[first], shown.filter((controller) => controller !== first)]) {
-      const runs = await Promise.all(some.map((controller) => this.#run(controller, asked.number)));
+      const running = Promise.all(some.map((controller) => this.#run(controller, asked.number)));
+      if (after.length) this.#lyapunov(this.focused); // a frame later than what a hand waits for, while the others run
+      const runs = await running;
       if (runs.includes(null) || this.asked.vehicle !== vehicle || this.asked.first !== first) return;
       some.forEach((controller, i) => found.set(controller, runs[i]));
       this.of = vehicle;
       this.runs = new Map(shown.filter((name) => found.has(name)).map((name) => [name, found.get(name)]));
       if (some.length) this.#draw();
       await painted();
-      if (this.asked !== asked) return;
+      if (this.asked !== asked) return this.#lyapunov(this.focused);
       after.push(performance.now() - begun);
     }
     this.moved = undefined;
@@ -120,17 +122,8 @@ export class LivePage {
       const title = `Error of ${axis === "psi" ? "yaw in degrees" : `${axis} in m`} over time in s`;
       this.plots.draw($(`#plot-${axis}`), { title, time: longest.time, series: lines(scaled), band });
     }
-    this.#lyapunov(run);
     this.#table();
     this.#command(run);
-  }
-
-  #lyapunov(run) {
-    const { series, note } = lyapunov(run, this.#of(run));
-    const element = $("#plot-lyapunov");
-    $("#note-lyapunov").textContent = note;
-    element.hidden = !series;
-    if (series) this.plots.draw(element, { title: "Lyapunov function in J over time in s", time: run.time, series, isLogarithmic: true });
   }
 
   /** Return what gives the start value of an end in a run of the one in focus. */
@@ -146,12 +139,22 @@ export class LivePage {
     if (!run?.rows) return;
     this.later = setTimeout(
       () => {
+        this.#lyapunov(run);
         this.#details(run);
         this.#arm(run);
         this.#motion(run);
       },
       this.built ? REST : 0,
     );
+  }
+
+  #lyapunov(run) {
+    if (!run?.rows) return;
+    const { series, note } = lyapunov(run, this.#of(run));
+    const element = $("#plot-lyapunov");
+    $("#note-lyapunov").textContent = note;
+    element.hidden = !series;
+    if (series) this.plots.draw(element, { title: "Lyapunov function in J over time in s", time: run.time, series, isLogarithmic: true });
   }
 
   #details(run) {
