@@ -175,7 +175,7 @@ def _noise() -> Drawn:
         axes.plot(EXPERIMENT.time[shown], 1e3 * measured[shown], ".", color=LINES[1], markersize=3, label="measured")
         axes.plot(EXPERIMENT.time[shown], 1e3 * true[shown], color=LINES[0], label="true")
         axes.set(xlim=(60, 66), ylabel="x [mm]")
-        axes.legend()
+        axes.figure.legend(ncols=2, loc="outside upper center")
 
     caption = "What the controller is given: x as the arm measures it, with 5 mm of noise, and where the vehicle is."
     return _further("noise", caption, draw, EXPERIMENT)
