@@ -5,7 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
+from ...components.interface import POSE
 from ...control.certificate import Certificate
 from ...control.tuning import Rule, Timing, TuningError
 from ...ssp.declaration import wire
@@ -109,6 +111,7 @@ def command(
         click.echo(f"{name} = {str(value).lower() if isinstance(value, bool) else f'{value:g}'}")
     click.echo()
     click.echo("\n".join([*loop_lines(certificate), *work_lines(certificate)]))
+    click.echo(_in_current(certificate, current, rule.omega(timing)))
     if plot:
         from ...study.margin_plot import draw_margins  # loads matplotlib, which takes a while
 
@@ -128,3 +131,14 @@ def command(
         raise TuningError(
             "The controlled axes are unstable with these gains: see the mode above; --bandwidth takes less."
         )
+
+
+def _in_current(certificate: Certificate, current: float, omega: float) -> str:
+    yaw = POSE.index("psi")
+    if np.isinf(taken := certificate.softening(current)):
+        return f"In a current of {current:g} m/s no rest of roll and pitch is found."
+    stiffness, by_omega = certificate.gains.stiffness[yaw, yaw], certificate.inertia[yaw, yaw] * omega**2
+    return (
+        f"A current of {current:g} m/s takes up to {taken:.3g} N m/rad of the stiffness in yaw, {stiffness:.3g}; "
+        f"by omega alone that is {by_omega:.3g}."
+    )
