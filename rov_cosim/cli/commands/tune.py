@@ -22,6 +22,7 @@ from ...systems.loop import CONTROLLER
 from .. import outputs
 
 _POSITIVE = click.FloatRange(min=0, min_open=True)
+_SHARE = click.FloatRange(0, 1, min_open=True, max_open=True)
 _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
 
 
@@ -40,6 +41,10 @@ _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
 @click.option("--sample-time", type=_POSITIVE, help="Of arm, controller and coupling in s; 0.03 if left out.")
 @click.option("--damping", type=_POSITIVE, default=Rule.damping, show_default=True, help="Damping ratio.")
 @click.option("--bandwidth", type=_POSITIVE, default=Rule.bandwidth, show_default=True, help="omega times the lag.")
+@click.option("--adapted", type=_SHARE, help="W Gamma W^T over the stiffness; the controller's if left out.")
+@click.option(
+    "--integral", type=_POSITIVE, help="Integral gain over omega and the stiffness; the controller's if left out."
+)
 @click.option(
     "--current",
     type=click.FloatRange(min=0),
@@ -72,6 +77,8 @@ def command(
     sample_time: float | None,
     damping: float,
     bandwidth: float,
+    adapted: float | None,
+    integral: float | None,
     current: float,
     output: Path | None,
     alone: Path | None,
@@ -93,6 +100,7 @@ def command(
         sample_time or float(own["sample_time"]), filter_time_constant or float(own["filter_time_constant"]), lag, delay
     )
     rule = replace(fleet.rule_of(controller), bandwidth=bandwidth, damping=damping, current=current)
+    rule = replace(rule, adapted=adapted or rule.adapted, integral=integral or rule.integral)
     gains = fleet.tuned_for(controller, plant, timing, rule)
     of_loop: dict[str, Any] = {
         f"{CONTROLLER}.filter_time_constant": filter_time_constant,
