@@ -56,7 +56,7 @@ def euler_angles(R: Any) -> Any:
     """
     singular = R[0, 0] ** 2 + R[1, 0] ** 2 < SINGULAR**2
     phi = np.where(singular, 0.0, np.arctan2(R[2, 1], R[2, 2]))
-    psi = np.where(singular, np.arctan2(-R[0, 1], R[1, 1]), np.arctan2(R[1, 0], R[0, 0]))
+    psi = np.arctan2(np.where(singular, -R[0, 1], R[1, 0]), np.where(singular, R[1, 1], R[0, 0]))
     return array([phi, -np.arcsin(np.clip(R[2, 0], -1.0, 1.0)), psi])
 
 

@@ -38,7 +38,9 @@ def at_once(code):
             p, u = (unpacked(layout, plant, values) for layout in (COMPONENT.p, COMPONENT.u))
             x = SimpleNamespace(**code["initial_state"](p))
             y = code["outputs_of"](x, u, p)
-            pushed = code["thruster_wrenches"](u, p) @ code["thrust_after"](LATER, x.thrust, u, p)
+            pushed = code["thruster_wrenches"](u, p) @ code["lagged"](
+                LATER, x.thrust, code["commanded_thrust"](u, p), p
+            )
             z = code["rates"](x.eta, x.nu, pushed, code["inertia"](p), u, p)
             way = newton.displacement(x.eta + AT_ONCE * z[:6], x.eta) / AT_ONCE
             motions.append(bench.Motion(way, z[6:], y["nu"], y["tau"], y["disturbance"]))
@@ -83,7 +85,8 @@ DYNAMICS = {
         "disturbance",
         "mobility",
         "rates",
-        "thrust_after",
+        "commanded_thrust",
+        "lagged",
         "thruster_wrenches",
         "outputs_of",
     ),

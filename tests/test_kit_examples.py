@@ -213,6 +213,8 @@ def test_what_the_kits_check_cannot_take_is_told_in_a_line(folder, fmus, tmp_pat
     content = archive.read(fmus["adaptive_pd"])
     text = content["modelDescription.xml"].replace(b'name="eta_m.x"', b'name="measured.x"')
     archive.write(tmp_path / "other.fmu", {**content, "modelDescription.xml": text})
+    broken = {name: b"none" if name.startswith("binaries/") else it for name, it in content.items()}
+    archive.write(tmp_path / "broken.fmu", broken)
     archive.write(
         tmp_path / "three.fmu", {"modelDescription.xml": fmi3_description.to_xml(fmi3_description.describe(CONTROLLER))}
     )
@@ -222,6 +224,7 @@ def test_what_the_kits_check_cannot_take_is_told_in_a_line(folder, fmus, tmp_pat
     for name, said in (
         ("nothere", "There is no file nothere.fmu."),
         ("no", "no.fmu cannot be checked here: "),
+        ("broken", "broken.fmu cannot be checked here: "),
         ("other", "other.fmu cannot be checked here: the FMU has no variable eta_m.x; is it "),
         ("three", "three.fmu cannot be checked here: it is of FMI 3.0, and this is for FMI 2.0; `rov-cosim handover c"),
     ):

@@ -68,12 +68,16 @@ def rates(eta: Any, nu: Any, tau: Any, M: Any, u: SimpleNamespace, p: SimpleName
     return np.concatenate([jacobian(eta) @ nu, mobility(M, p) @ forces + current_rate])
 
 
-def thrust_after(s: Any, thrust: Any, u: SimpleNamespace, p: SimpleNamespace) -> Any:
-    """Return the thruster forces, shape (8,), a time s after `thrust`: the exact lag to the held command."""
-    target = limited(np.where(np.abs(u.u) < p.thruster_dead_band, 0.0, u.u), p.thrust_max)
-    lagging = p.thruster_time_constant > 0
-    decay = np.where(lagging, np.exp(-s / np.where(lagging, p.thruster_time_constant, 1.0)), 0.0)
-    return target + (thrust - target) * decay
+def commanded_thrust(u: SimpleNamespace, p: SimpleNamespace) -> Any:
+    """Return the thruster forces, shape (8,), that the held command leads to."""
+    return limited(np.where(np.abs(u.u) < p.thruster_dead_band, 0.0, u.u), p.thrust_max)
+
+
+def lagged(s: Any, before: Any, target: Any, p: SimpleNamespace) -> Any:
+    """Return forces of the thrusters, or their wrench, a time s after `before`: the exact lag to a held `target`."""
+    lags = p.thruster_time_constant > 0
+    decay = np.where(lags, np.exp(-s / np.where(lags, p.thruster_time_constant, 1.0)), 0.0)
+    return target + (before - target) * decay
 
 
 def thruster_wrenches(u: SimpleNamespace, p: SimpleNamespace) -> Any:
@@ -83,10 +87,11 @@ def thruster_wrenches(u: SimpleNamespace, p: SimpleNamespace) -> Any:
 
 def advance(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace, h: Any) -> Mapping[str, Any]:
     """Return the state after h by one step of the classical Runge-Kutta method."""
-    M, B = inertia(p), thruster_wrenches(u, p)
+    M, B, target = inertia(p), thruster_wrenches(u, p), commanded_thrust(u, p)
+    tau_before, tau_target = B @ x.thrust, B @ target
 
     def f(s: Any, z: Any) -> Any:
-        return rates(z[0:6], z[6:12], B @ thrust_after(s, x.thrust, u, p), M, u, p)
+        return rates(z[0:6], z[6:12], lagged(s, tau_before, tau_target, p), M, u, p)
 
     z = np.concatenate([x.eta, x.nu])
     k_1 = f(0.0, z)
@@ -94,7 +99,7 @@ def advance(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace, h: Any) 
     k_3 = f(h / 2, z + h / 2 * k_2)
     k_4 = f(h, z + h * k_3)
     z = z + h / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
-    return {"eta": z[0:6], "nu": z[6:12], "thrust": thrust_after(h, x.thrust, u, p)}
+    return {"eta": z[0:6], "nu": z[6:12], "thrust": lagged(h, x.thrust, target, p)}
 
 
 def outputs_of(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> Mapping[str, Any]:
@@ -102,7 +107,7 @@ def outputs_of(x: SimpleNamespace, u: SimpleNamespace, p: SimpleNamespace) -> Ma
     return {
         "eta": x.eta,
         "nu": x.nu,
-        "tau": thruster_wrenches(u, p) @ thrust_after(0.0, x.thrust, u, p),
+        "tau": thruster_wrenches(u, p) @ lagged(0.0, x.thrust, commanded_thrust(u, p), p),
         "disturbance": disturbance(x.eta, u, p),
     }
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 from matplotlib.colors import ListedColormap
@@ -88,7 +89,9 @@ def draw_heat_map(matrix: Matrix, paths: Iterable[Path], note: str = "") -> None
     begin = 0
     for vehicle, controllers in columns.items():
         end = begin + len(controllers)
-        panel.text((begin + end) / 2, -0.3, vehicle, ha="center", va="bottom", fontsize=8, weight="bold")
+        # A name breaks where it is longer than its columns are wide.
+        name = fill(vehicle.replace("_", " "), 8 * len(controllers)).replace(" ", "_").replace("\n", "_\n")
+        panel.text((begin + end) / 2, -0.3, name, ha="center", va="bottom", fontsize=8, weight="bold")
         panel.axvline(end, color="white", linewidth=4)
         begin = end
     for side in panel.spines.values():
