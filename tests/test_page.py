@@ -163,6 +163,33 @@ def test_a_slider_moved_by_hand_or_key_runs_again_and_is_told_by_the_link(report
         assert shown(page) == before  # what a link says wrongly is passed over
 
 
+@in_browser
+def test_the_lyapunov_function_follows_the_gains_and_says_where_there_is_none(report, browser):
+    from playwright.sync_api import expect
+
+    with page_of(browser, report, "#noise=0&noise_angle=0") as page:
+        curve, note = page.locator("#plot-lyapunov"), page.locator("#note-lyapunov")
+
+        def drawn():
+            return curve.locator("canvas").evaluate("canvas => canvas.toDataURL()")
+
+        before = drawn()
+        assert note.inner_text().endswith("V ends above zero.")
+        slider = page.locator('[data-key="K_P.y"]')
+        slider.focus()
+        changed(page, lambda: page.keyboard.press("ArrowLeft"))
+        assert drawn() != before
+        changed(page, lambda: page.keyboard.press("ArrowRight"))
+        assert drawn() == before
+        changed(page, lambda: page.evaluate("location.hash += '&current.x=0.1'"))
+        expect(note).to_contain_text("It need not fall: a current flows.")
+        page.check('#results input[value="pd"]')
+        expect(note).to_contain_text("nothing is adapted")
+        page.check('#results input[value="pid"]')
+        expect(note).to_have_text("None here: the proof is about the adaptive law.")
+        assert not curve.is_visible()
+
+
 @pytest.mark.parametrize(("name", "holds"), [("pid", ["pid"]), ("sliding_mode", ["sliding_mode"])])
 @in_browser
 def test_the_page_of_a_kit_has_its_controller_in_the_loop(fmus, browser, tmp_path, name, holds):

@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+from base64 import b64encode
 from hashlib import sha256
 from pathlib import Path
 from zipfile import ZipFile
@@ -55,13 +56,27 @@ def test_the_bill_is_valid_and_has_the_files_and_every_package_of_the_wheel(list
     contents = {**FILES, bill.CONSTRAINTS: constraints}
     assert files_of(told) == {name: sha256(content).hexdigest() for name, content in contents.items()}
     assert {"name": "rov-cosim:commit", "value": "0123abc"} in told["metadata"]["properties"]
-    packages = {part["name"]: part for part in told["components"] if part["type"] == "library"}
+    packages = {part["name"]: part for part in told["components"] if part.get("purl", "").startswith("pkg:pypi/")}
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8").partition("[project.optional-dependencies]")[0]
     needed = {name for name, part in packages.items() if part["scope"] == "required"}
     assert {"numpy", "lxml", "fmpy"} <= {name for name in needed if f'"{name}>=' in project}
     assert {packages[name]["scope"] for name in ("ziglang", "casadi", "setuptools")} == {"excluded"}
     pinned = [Requirement(line) for line in constraints.decode().splitlines()]
     assert {one.name: str(one.specifier) for one in pinned} == {n: f"=={p['version']}" for n, p in packages.items()}
+
+
+def test_the_bill_has_the_libraries_of_the_pages_as_they_are_fetched(listed):
+    _, told = listed
+    web = ROOT / "rov_cosim" / "report" / "web"
+    found = {part["name"]: part for part in told["components"] if part.get("purl", "").startswith("pkg:npm/")}
+    asked = json.loads((web / "package.json").read_text(encoding="utf-8"))["dependencies"]
+    assert {name: part["version"] for name, part in found.items()} == asked
+    lock = (web / "package-lock.json").read_text(encoding="utf-8")
+    for name, part in found.items():
+        assert part["purl"] == f"pkg:npm/{name}@{asked[name]}"
+        assert part["licenses"] == [{"expression": "MIT"}]
+        (digest,) = part["hashes"]
+        assert f"sha512-{b64encode(bytes.fromhex(digest['content'])).decode()}" in lock
 
 
 def test_the_lists_tell_of_no_time_and_no_chance(listed, tmp_path):

@@ -1,18 +1,20 @@
-"""V' by numbers: how fast the theorem's V falls in a box of states, by the components' own functions.
+"""V of the paper's proof, and V' by numbers: how fast it falls in a box of states, by the components' own functions.
 
-The controller is in continuous time, with the velocity that it would measure; forces, current, limits and lags are
-off, since V' does not depend on the first and the theorem not on the others. Where the controller turns all six axes
-it is the vehicle of six degrees of freedom, for which there is no theorem; else roll and pitch are locked.
+For V' the controller is in continuous time, with the velocity that it would measure; forces, current, limits and lags
+are off, since V' does not depend on the first and the theorem not on the others. Where the controller turns all six
+axes it is the vehicle of six degrees of freedom, for which there is no theorem; else roll and pitch are locked.
 """
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..components.frames import jacobian_inverse
+from ..components.frames import jacobian_inverse, pose_difference
+from ..components.gain_matrices import symmetric
 from ..components.interface import Continuous
-from ..components.vehicle import mass_matrix
+from ..components.vehicle import COUPLE, FORCES, degrees_of_freedom, mass_matrix
 from .effective import gains
 from .loop import IDEAL, Loop, LoopError, Matrix
 
@@ -33,13 +35,35 @@ _STILL = {
 }
 
 
-def energy(e: Matrix, eta: Matrix, nu: Matrix, M: Matrix, K_P: Matrix, epsilon_0: float, alpha: float) -> float:
+def terms(motion: SimpleNamespace, p: SimpleNamespace, p_law: SimpleNamespace) -> tuple[Any, Any]:
+    """Return the two terms of V in J (Hoang & Kreuzer 2007, appendix A): `energy`, and that of the estimate.
+
+    The latter is (theta_hat - theta)^T Gamma^-1 (theta_hat - theta) / 2, of the loads that are adapted.
+
+    Parameters
+    ----------
+    motion : as the loop has them: eta, nu, eta_d, each of shape (6,), F_umbilical and F_arm, (3,), theta_hat, (10,).
+    p, p_law : parameters of the vehicle and of the adaptive law.
+    """
+    e = degrees_of_freedom(p_law.control_roll_pitch) * pose_difference(motion.eta, motion.eta_d)
+    M = mass_matrix(p.mass, p.I, p.r_G, p.added_mass)
+    of_motion = energy(e, motion.eta, motion.nu, M, symmetric(p_law.K_P, p_law.K_P_off), p_law.epsilon_0, p_law.alpha)
+    forces = p.forces + np.concatenate([np.zeros(1), motion.F_umbilical, motion.F_arm])
+    wrong = motion.theta_hat - np.concatenate([forces, np.zeros(len(COUPLE))])
+    wrong = np.where(np.logical_and(p_law.Gamma > 0, p_law.adaptation > 0), wrong, 0.0)
+    Gamma = p_law.Gamma + np.where(p_law.Gamma > 0, 0.0, 1.0)  # of a load that is not adapted any will do
+    n = len(FORCES)
+    by_Gamma = np.linalg.solve(symmetric(Gamma[:n], p_law.Gamma_off), wrong[:n])
+    return of_motion, (wrong[:n] @ by_Gamma + np.sum(wrong[n:] ** 2 / Gamma[n:])) / 2
+
+
+def energy(e: Any, eta: Any, nu: Any, M: Any, K_P: Any, epsilon_0: Any, alpha: Any) -> Any:
     """Return V without the term of the estimate, in J, for error e, pose eta and velocity nu, each of shape (6,).
 
     M is the inertia in body axes, shape (6, 6), and so is K_P: eta'^T M(eta) eta' = nu^T M nu.
     """
-    epsilon = epsilon_0 / (1 + alpha * np.linalg.norm(e))
-    return float(nu @ M @ nu / 2 + e @ K_P @ e / 2 + epsilon * e @ jacobian_inverse(eta).T @ M @ nu)
+    epsilon = epsilon_0 / (1 + alpha * np.sqrt(np.sum(e**2)))
+    return nu @ M @ nu / 2 + e @ K_P @ e / 2 + epsilon * e @ jacobian_inverse(eta).T @ M @ nu
 
 
 class Worst(NamedTuple):
@@ -123,6 +147,6 @@ class Descent:
             )
             eta_dot = np.linalg.solve(jacobian_inverse(x.eta), nu)
             epsilon = epsilon_0 / (1 + alpha * np.linalg.norm(e))
-            return rise / _AHEAD / float(epsilon * e @ K_P @ e + eta_dot @ K_D @ eta_dot)
+            return float(rise / _AHEAD / (epsilon * e @ K_P @ e + eta_dot @ K_D @ eta_dot))
 
         return share

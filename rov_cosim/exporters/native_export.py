@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Mapping
 from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
-from threading import Lock
 
 from fmpy.model_description import ModelDescription
 
@@ -17,8 +16,6 @@ from . import archive, c_tables, documentation, fmi3_description, model_descript
 CHECKSUMS = "sources/binaries.sha256"
 _SAMPLED_ONLY = {"sampled.c", "noise.c", "noise.h"}
 _CONTINUOUS_ONLY = {"continuous.c"}
-_TRACING = Lock()
-"""CasADi's graphs are for one thread at a time."""
 
 
 def export(
@@ -40,7 +37,7 @@ def export(
     ------
     BuildError : the C compiler fails, or has no target for this machine.
     """
-    with _TRACING:
+    with tracing.ALONE:
         progress(f"tracing {component.name}")
         code = sources(component, fmi)
     content = _entries(component, code) if fmi == 2 else _entries_of_3(component, code)

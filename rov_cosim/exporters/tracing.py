@@ -1,8 +1,10 @@
-"""Tracing a component's functions, unchanged, into C by CasADi's NumPy mode."""
+"""Tracing a component's functions, and others, unchanged, into C by CasADi's NumPy mode."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib.metadata import version
+from threading import Lock
 from typing import Any
 
 import casadi as ca
@@ -12,7 +14,7 @@ from ..components.interface import Component, Continuous, Layout, Sampled
 
 _OPTIONS: dict[str, Any] = {"casadi_int": "int", "with_export": False}
 _HEADER = """\
-/* The equations of {name}, traced from the NumPy functions of its component by CasADi {version}. */
+/* The equations of {title} by CasADi {version}. */
 #include <math.h>
 
 #include "hidden.h"
@@ -23,37 +25,63 @@ _HEADER = """\
 
 """
 
+ALONE = Lock()
+"""To be held while tracing and writing: CasADi's graphs are for one thread at a time."""
+
 
 def functions(component: Component) -> dict[str, ca.Function]:
     """Return the component's equations as CasADi functions of flat column vectors by name, as c/interface.h lists them.
 
     What follows from the parameters alone is a function of its own, for it need not be worked out at every step.
     """
+    with _numpy_mode():
+        return {function.name(): function for function in _traced(component)}
+
+
+def of_parameters(name: str, function: Callable[[Any, Any], Any], n: int, n_p: int) -> dict[str, ca.Function]:
+    """Return a function of flat arrays of n values and of n_p parameters, traced, as two by name.
+
+    NAME_constants gives what follows from the parameters alone, NAME the result of the values, the parameters and that.
+    """
+    with _numpy_mode():
+        x, p = ca.SX.sym("x", n), ca.SX.sym("p", n_p)
+        (result,), constants, given = _prepared([function(_array(x), _array(p))], p)
+        known = {name: ([x, p, constants], [result]), f"{name}_constants": ([p], [given])}
+        return {name: ca.Function(name, *ends) for name, ends in known.items()}
+
+
+def n_constants(traced: Mapping[str, ca.Function], name: str = "model") -> int:
+    """Return how many values follow from the parameters alone."""
+    return int(traced[f"{name}_constants"].numel_out(0))
+
+
+def source(component: Component, traced: Mapping[str, ca.Function]) -> str:
+    """Return the C source of `functions`."""
+    return code(f"{component.name}, traced from the NumPy functions of its component", "model", traced)
+
+
+def code(title: str, name: str, traced: Mapping[str, ca.Function]) -> str:
+    """Return traced functions in C, told of by a title; what they share begins with the name."""
+    generator = ca.CodeGenerator(name, _OPTIONS)
+    for function in traced.values():
+        generator.add(function)
+    text = str(generator.dump())
+    assert not re.search(r"\b(w|iw)\[", text)  # the shell passes no memory to work in
+    # CasADi asks at each value whether its vector was passed; the shell passes all, and asking is a third of the time.
+    text = re.sub(r"arg\[(\d+)\]\? arg\[\1\]\[(\d+)\] : 0", r"arg[\1][\2]", text)
+    text = re.sub(r"if \(res\[(\d+)\]!=0\) (?=res\[\1\])", "", text)
+    assert not re.search(r"\? *arg\[|!= *0\) *res\[", text)
+    return _HEADER.format(title=title, version=version("casadi")) + text
+
+
+@contextmanager
+def _numpy_mode() -> Iterator[None]:
     mode = ca.GlobalOptions.getNumpyMode()
     ca.GlobalOptions.setNumpyMode(1)
     try:
-        return {function.name(): function for function in _traced(component)}
+        yield
     finally:
         ca.GlobalOptions.setNumpyMode(mode)
-
-
-def n_constants(traced: dict[str, ca.Function]) -> int:
-    """Return how many values follow from the parameters alone."""
-    return int(traced["model_constants"].numel_out(0))
-
-
-def source(component: Component, traced: dict[str, ca.Function]) -> str:
-    """Return the C source of `functions`."""
-    generator = ca.CodeGenerator("model", _OPTIONS)
-    for function in traced.values():
-        generator.add(function)
-    code = str(generator.dump())
-    assert not re.search(r"\b(w|iw)\[", code)  # the shell passes no memory to work in
-    # CasADi asks at each value whether its vector was passed; the shell passes all, and asking is a third of the time.
-    code = re.sub(r"arg\[(\d+)\]\? arg\[\1\]\[(\d+)\] : 0", r"arg[\1][\2]", code)
-    code = re.sub(r"if \(res\[(\d+)\]!=0\) (?=res\[\1\])", "", code)
-    assert not re.search(r"\? *arg\[|!= *0\) *res\[", code)
-    return _HEADER.format(name=component.name, version=version("casadi")) + code
 
 
 def _traced(component: Component) -> Iterator[ca.Function]:

@@ -20,6 +20,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from ..exporters.archive import RELEASED
+from ..report.bundle import Library, libraries
 from .source import ReleaseError
 
 CHECKSUMS, BILL, CONSTRAINTS = "SHA256SUMS", "sbom.cdx.json", "constraints.txt"
@@ -63,12 +64,13 @@ def _bill(files: Mapping[str, str], commit: str, made_by: Mapping[str, Distribut
         )
         for name, digest in files.items()
     ]
+    held = [_library(library) for library in libraries()]
     tools = [
         Component(name="Python", type=ComponentType.APPLICATION, version=platform.python_version()),
         Component(name="zlib", type=ComponentType.LIBRARY, version=zlib.ZLIB_RUNTIME_VERSION),
     ]
     bom = Bom(
-        components=[*parts, *packages],
+        components=[*parts, *packages, *held],
         serial_number=uuid5(NAMESPACE_URL, f"{_OURS} {commit} {files}"),
         metadata=BomMetaData(
             component=ours,
@@ -78,7 +80,7 @@ def _bill(files: Mapping[str, str], commit: str, made_by: Mapping[str, Distribut
         ),
     )
     by_name = dict(zip((name for name in made_by if name != _OURS), packages, strict=True))
-    bom.register_dependency(ours, [*parts, *(by_name[name] for name in _direct(made_by[_OURS], ()))])
+    bom.register_dependency(ours, [*parts, *(by_name[name] for name in _direct(made_by[_OURS], ())), *held])
     for name, component in by_name.items():
         bom.register_dependency(component, [by_name[n] for n in _direct(made_by[name], ()) if n in by_name])
     return JsonV1Dot6(bom).output_as_string(indent=2) + "\n"
@@ -96,6 +98,21 @@ def _package(
         bom_ref=name,
         purl=PackageURL("pypi", name=name, version=package.version),
         licenses=[LicenseExpression(str(licence))] if licence else (),
+    )
+
+
+def _library(library: Library) -> Component:
+    """Return a library of npm that the pages hold."""
+    purl = PackageURL("npm", name=library.name, version=library.version)
+    return Component(
+        name=library.name,
+        version=library.version,
+        type=ComponentType.LIBRARY,
+        scope=ComponentScope.REQUIRED,
+        bom_ref=str(purl),
+        purl=purl,
+        hashes=[HashType(alg=HashAlgorithm.SHA_512, content=library.sha512)],
+        licenses=[LicenseExpression(library.licence)],
     )
 
 

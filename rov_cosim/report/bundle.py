@@ -3,13 +3,16 @@
 The libraries are those of web/package-lock.json, by version and digest. npm and Node come from the extra `report`.
 """
 
+import json
 import shutil
+from base64 import b64decode
 from collections.abc import Callable
 from hashlib import sha256
 from importlib.resources import as_file, files
 from importlib.util import find_spec
 from pathlib import Path
 from subprocess import CompletedProcess
+from typing import NamedTuple
 
 from ..errors import UserError
 from ..exporters import archive
@@ -20,6 +23,30 @@ _LOCK = "package-lock.json"
 
 class BundleError(UserError):
     """The page cannot be bundled; the message tells why and the cure."""
+
+
+class Library(NamedTuple):
+    """A library that a page holds: its name at npm, version, licence, and the SHA-512 of its package in hexadecimal."""
+
+    name: str
+    version: str
+    licence: str
+    sha512: str
+
+
+def libraries() -> list[Library]:
+    """Return the libraries that the pages hold, as package-lock.json has them."""
+    lock = json.loads((files(__package__) / "web" / _LOCK).read_text(encoding="utf-8"))
+    return [
+        Library(
+            place.removeprefix("node_modules/"),
+            one["version"],
+            one["license"],
+            b64decode(one["integrity"].removeprefix("sha512-")).hex(),
+        )
+        for place, one in lock["packages"].items()
+        if place and not one.get("dev")
+    ]
 
 
 def bundled(*entries: str, progress: Callable[[str], object] = lambda line: None) -> list[str]:

@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.axes import Axes
 
+from ..components.adaptive_pd.equations import LOADS
 from ..components.interface import POSE, VELOCITY, count
-from ..components.vehicle import FORCES, N_THRUSTERS
-from ..control.lyapunov import energy
+from ..components.vehicle import N_THRUSTERS
+from ..control.lyapunov import terms
 from .drawing import INK, LINES, STYLES, drawn, look
 from .experiment import EXPERIMENT, EXPERIMENT_PD, SIMULATION, SIMULATION_PD, Experiment, Series
 
@@ -173,22 +175,24 @@ def _noise() -> Drawn:
         axes.plot(EXPERIMENT.time[shown], 1e3 * measured[shown], ".", color=LINES[1], markersize=3, label="measured")
         axes.plot(EXPERIMENT.time[shown], 1e3 * true[shown], color=LINES[0], label="true")
         axes.set(xlim=(60, 66), ylabel="x [mm]")
-        axes.legend()
+        axes.figure.legend(ncols=2, loc="outside upper center")
 
     caption = "What the controller is given: x as the arm measures it, with 5 mm of noise, and where the vehicle is."
     return _further("noise", caption, draw, EXPERIMENT)
 
 
 def lyapunov(run: Experiment) -> Series:
-    """Return V along a run, shape (rows,), in J, with the true pose and velocity, of the forces that are adapted."""
-    case = run.certificate
-    known = (case.inertia, case.gains.K_P, case.case.epsilon_0, case.case.alpha)
+    """Return V along a run without pulls, shape (rows,), in J, with the true pose and velocity."""
+    loop = run.certificate.loop
+    p, p_law = loop.p(loop.plant), loop.p(loop.controller)
     eta, nu = run.group("rov_plant.eta", POSE), run.group("rov_plant.nu", VELOCITY)
-    V = np.array([energy(e, pose, speed, *known) for e, pose, speed in zip(run.errors, eta, nu, strict=True)])
-    for force in FORCES:
-        wrong = run[f"controller.theta_hat.{force}"] - run.value(f"rov_plant.{force}")
-        V += wrong**2 / (2 * run.value(f"controller.Gamma.{force}"))
-    return V
+    theta_hat = run.group("controller.theta_hat", LOADS)
+    none = {"F_umbilical": np.zeros(3), "F_arm": np.zeros(3)}
+    motions = (
+        SimpleNamespace(eta=pose, nu=speed, eta_d=pose - error, theta_hat=estimate, **none)
+        for pose, speed, error, estimate in zip(eta, nu, run.errors, theta_hat, strict=True)
+    )
+    return np.array([sum(terms(motion, p, p_law)) for motion in motions])
 
 
 def _smooth(value: Series) -> Series:

@@ -17,7 +17,7 @@ from ..study.nominal import DoesNotApplyError, Nominal
 from ..study.troubles import ONSET, TROUBLES
 from ..systems.fleet import CONTROLLERS, VEHICLES, named
 from ..whole.layout import COUPLING, Layout, Shown, laid_out
-from . import controls, wasm
+from . import controls, terms, wasm
 
 STOP_TIME = 84.0
 """Of a run on the page at first, in s, as long as the system of the paper's experiment."""
@@ -93,7 +93,7 @@ def data(loops: Loops, progress: Callable[[str], object] = lambda line: None) ->
         "controllers": {name: LABELS[name] for name in controllers},
         "lines": {name: line for line, name in enumerate(LABELS)},
         "first": [name for name in FIRST if name in controllers] or controllers,
-        "recorded": RECORDED,
+        "recorded": (*RECORDED, *terms.TERMS),
         "coupling": COUPLING,
         "modules": modules,
         "systems": systems,
@@ -136,7 +136,7 @@ def _module(layout: Layout, content: bytes) -> dict[str, Any]:
     return {
         "wasm": packed(content),
         "size": len(content),
-        "names": [shown.variable.name for shown in layout.variables],
+        "names": names(layout),
         "start": _starts(layout.variables),
         "booleans": [shown.variable.name for shown in layout.parameters if shown.variable.type == "Boolean"],
         "limits": {
@@ -145,6 +145,11 @@ def _module(layout: Layout, content: bytes) -> dict[str, Any]:
             if shown.variable.min is not None or shown.variable.max is not None
         },
     }
+
+
+def names(layout: Layout) -> list[str]:
+    """Return what a module can record, by reference: its variables and, if it has them, `terms.TERMS`."""
+    return [*(shown.variable.name for shown in layout.variables), *(terms.TERMS if terms.are_in(layout) else ())]
 
 
 def packed(content: bytes) -> str:

@@ -14,6 +14,11 @@ LIBRARIES = (
     "Drawn with three.js (MIT, © three.js authors) and uPlot (MIT, © Leon Sorokin); their notices stand in the script."
 )
 _ERRORS = {axis: ("yaw error", "in degrees") if axis == "psi" else (f"{axis} error", "in m") for axis in AXES}
+_LYAPUNOV = (
+    '<figure class="curve wide"><figcaption>Lyapunov function V of the one chosen '
+    "<span>in J, by its gains and the true state; dotted: without the estimate</span></figcaption>"
+    '<div class="plot" id="plot-lyapunov"></div><p class="small" id="note-lyapunov"></p></figure>'
+)
 _DETAILS = {
     "unknown": (
         "disturbance of the one chosen",
@@ -91,7 +96,7 @@ def report(live: Mapping[str, Any], sections: Sequence[Section], bundled: Sequen
         lead=escape(about.lead),
         contents=" ".join(f'<a href="#{key}">{escape(title)}</a>' for key, title in contents),
         sizes=f"{' to '.join(dict.fromkeys((sizes[0], sizes[-1])))} kB a controller, before it is packed",
-        curves=_curves({**_ERRORS, **_DETAILS}),
+        curves=_curves(_ERRORS) + _LYAPUNOV + _curves(_DETAILS),
         sections="\n".join(
             f'<section aria-labelledby="{key}"><h2 id="{key}">{escape(title)}</h2>\n{html}</section>'
             for key, title, html in sections

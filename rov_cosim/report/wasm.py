@@ -12,6 +12,7 @@ from ..ssp.wiring import Wiring
 from ..whole import face, linking
 from ..whole.description import describe
 from ..whole.layout import Layout, laid_out
+from . import terms
 
 TARGET = "wasm32-wasi"
 OPTIONS = ("-mexec-model=reactor", "-s")
@@ -59,4 +60,6 @@ def sources(wiring: Wiring, layout: Layout) -> tuple[dict[str, bytes], face.Unit
     guid = describe(layout, face.identifier(wiring.name), can_save=True).guid
     own, shared = face.sources(layout, guid, units)
     live = {"live.c": (files(__package__) / "c" / "live.c").read_bytes()}
-    return own | linking.unit("live", "system", live, live, "The system behind a few functions."), shared
+    code = {**live, "lyapunov.h": terms.table(layout)}
+    own |= linking.unit("live", "system", live, code, "The system behind a few functions.")
+    return own, {**shared, "lyapunov": terms.unit()}

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "instance.h"
+#include "lyapunov.h"
 
 #ifdef __wasm__
 #define API(name) __attribute__((export_name(#name)))
@@ -52,19 +53,48 @@ API(live_set) int live_set(uint32_t reference, double value) {
     return 0;
 }
 
-/* Take so many steps; write a column for each of n variables, by their value references, with room for the values at the
-   start and after every step. Return how many there are; if they are fewer, the message has why. */
+/* --- the terms of the Lyapunov function, of a system that has what they take --- */
+
+static double gains[N_GAINS + 1], constants[N_CONSTANTS + 1], terms[N_TERMS + 1];
+
+static void gather(const uint32_t *references, size_t n, double *values) {
+    for (size_t i = 0; i < n; i++)
+        values[i] = live.now.values[references[i]];
+}
+
+static void prepare_terms(void) {
+    const double *given[] = {gains};
+    double *found[] = {constants};
+    gather(of_gains, N_GAINS, gains);
+    lyapunov_constants(given, found, NULL, NULL, 0);
+}
+
+static void take_terms(void) {
+    double motion[N_MOTION + 1];
+    const double *given[] = {motion, gains, constants};
+    double *found[] = {terms};
+    gather(of_motion, N_MOTION, motion);
+    lyapunov(given, found, NULL, NULL, 0);
+}
+
+/* Take so many steps; write a column for each of n variables, by their value references, and of the terms, which come after
+   them; with room for the values at the start and after every step. Return how many there are; if they are fewer, the message has why. */
 API(live_run) size_t live_run(double step, size_t steps, const uint32_t *references, size_t n, double *columns) {
     if (!set_times(&live, 0, (double)steps * step))
         return 0;
     live.now.phase = INITIALIZING;
     if (!exit_initialization(&live))
         return 0;
+    if (N_TERMS)
+        prepare_terms();
     for (size_t k = 0; k <= steps; k++) {
         if (k && !do_step(&live, (double)(k - 1) * step, (double)k * step - (double)(k - 1) * step))
             return k;
+        if (N_TERMS)
+            take_terms();
         for (size_t i = 0; i < n; i++)
-            columns[i * (steps + 1) + k] = live.now.values[references[i]];
+            columns[i * (steps + 1) + k] =
+                references[i] < N_VARIABLES ? live.now.values[references[i]] : terms[references[i] - N_VARIABLES];
     }
     return steps + 1;
 }

@@ -1,6 +1,7 @@
 // The live part of the page: controls, runs of all chosen controllers, curves, table, picture, link and command.
 import { AXES, errors, score, wrapped } from "./score.js";
 import { Loops, command } from "./loops.js";
+import { lyapunov } from "./lyapunov.js";
 import { Panel } from "./panel.js";
 import { Player } from "./player.js";
 import { DOTTED, Plots, SOLID } from "./plots.js";
@@ -53,14 +54,16 @@ export class LivePage {
     const found = new Map(this.of === vehicle ? this.runs : []);
     const after = [];
     for (const some of [[first], shown.filter((controller) => controller !== first)]) {
-      const runs = await Promise.all(some.map((controller) => this.#run(controller, asked.number)));
+      const running = Promise.all(some.map((controller) => this.#run(controller, asked.number)));
+      if (after.length) this.#lyapunov(this.focused); // a frame later than what a hand waits for, while the others run
+      const runs = await running;
       if (runs.includes(null) || this.asked.vehicle !== vehicle || this.asked.first !== first) return;
       some.forEach((controller, i) => found.set(controller, runs[i]));
       this.of = vehicle;
       this.runs = new Map(shown.filter((name) => found.has(name)).map((name) => [name, found.get(name)]));
       if (some.length) this.#draw();
       await painted();
-      if (this.asked !== asked) return;
+      if (this.asked !== asked) return this.#lyapunov(this.focused);
       after.push(performance.now() - begun);
     }
     this.moved = undefined;
@@ -123,6 +126,12 @@ export class LivePage {
     this.#command(run);
   }
 
+  /** Return what gives the start value of an end in a run of the one in focus. */
+  #of(run) {
+    const system = this.system(this.panel.focus);
+    return (end) => run.set[end] ?? this.loops.own(system, end);
+  }
+
   /** Draw the rest when the hand rests: a picture takes longer than a run where there is no GPU. */
   #rest() {
     clearTimeout(this.later);
@@ -130,12 +139,22 @@ export class LivePage {
     if (!run?.rows) return;
     this.later = setTimeout(
       () => {
+        this.#lyapunov(run);
         this.#details(run);
         this.#arm(run);
         this.#motion(run);
       },
       this.built ? REST : 0,
     );
+  }
+
+  #lyapunov(run) {
+    if (!run?.rows) return;
+    const { series, note } = lyapunov(run, this.#of(run));
+    const element = $("#plot-lyapunov");
+    $("#note-lyapunov").textContent = note;
+    element.hidden = !series;
+    if (series) this.plots.draw(element, { title: "Lyapunov function in J over time in s", time: run.time, series, isLogarithmic: true });
   }
 
   #details(run) {
@@ -161,7 +180,7 @@ export class LivePage {
   }
 
   #arm(run) {
-    const links = [1, 2].map((i) => run.set[`passive_arm.L[${i}]`] ?? this.loops.own(this.system(this.panel.focus), `passive_arm.L[${i}]`));
+    const links = [1, 2].map((i) => this.#of(run)(`passive_arm.L[${i}]`));
     const joints = [1, 2, 3, 4, 5, 6];
     this.plots.draw($("#plot-joints"), {
       title: "Joint angles of the arm in degrees",
@@ -176,7 +195,7 @@ export class LivePage {
     const valid = run.column("passive_arm.eta_m_valid");
     const measured = (axis) => {
       const [given, true_] = [run.column(`passive_arm.eta_m.${axis}`), run.column(`rov_plant.eta.${axis}`)];
-      return Array.from(given, (value, i) => (valid[i] ? wrapped(value - true_[i]) * SCALE[axis] : undefined));
+      return Array.from(given, (value, i) => (valid[i] ? wrapped(value - true_[i]) * SCALE[axis] : null));
     };
     for (const [name, axes, unit] of [
       ["measured", ["x", "y", "z"], "mm"],
@@ -248,8 +267,7 @@ export class LivePage {
   }
 
   #motion(run) {
-    const system = this.system(this.panel.focus);
-    const of = (end) => run.set[end] ?? this.loops.own(system, end);
+    const of = this.#of(run);
     if (this.built !== this.panel.vehicle) this.picture?.build(of);
     else if (this.picture) this.picture.of = of;
     this.built = this.panel.vehicle;

@@ -15,9 +15,10 @@ export class Plots {
   }
 
   /**
-   * Draw curves into an element: `series` are {label, values, colour, dash}, `band` a half width about 0 that is shaded.
+   * Draw curves into an element: `series` are {label, values, colour, dash}, with a gap where a value is null; `band` is a
+   * half width about 0 that is shaded.
    */
-  draw(element, { title, time, series, band }) {
+  draw(element, { title, time, series, band, isLogarithmic }) {
     const shape = series.map(({ label, colour, dash }) => `${label} ${colour} ${dash}`).join();
     const curves = [time, ...series.map(({ values }) => values)];
     const data = thinned(curves, size(element).width);
@@ -39,10 +40,10 @@ export class Plots {
       pxAlign: 0,
       legend: { show: false },
       cursor: { drag: { setScale: false, x: false, y: false }, points: { show: false }, x: false, y: false },
-      scales: { x: { time: false } },
+      scales: { x: { time: false }, y: { distr: isLogarithmic ? 3 : 1 } },
       axes: [
         { ...axis, size: 26, space: 60 },
-        { ...axis, size: 50, space: 28 },
+        { ...axis, size: 50, space: 28, ...(isLogarithmic ? logarithmic(axis) : {}) },
       ],
       series: [
         {},
@@ -110,6 +111,7 @@ function thinned([time, ...curves], width) {
     for (let k = 0; k < bins; k++) {
       let [least, greatest] = [begins[k], begins[k]];
       for (let i = begins[k]; i < begins[k + 1]; i++) {
+        if (values[i] === null) continue;
         if (values[i] < (values[least] ?? Infinity)) least = i;
         if (values[i] > (values[greatest] ?? -Infinity)) greatest = i;
       }
@@ -118,6 +120,14 @@ function thinned([time, ...curves], width) {
     return kept;
   };
   return [thin(time), ...curves.map(thin)];
+}
+
+/** Return what an axis of powers of ten has: lines and numbers at these alone, for there may be many. */
+function logarithmic({ grid, ticks }) {
+  const filter = (_, splits) => splits.map((value) => (Number.isInteger(Math.round(1e6 * Math.log10(value)) / 1e6) ? value : null));
+  const text = (value) => (value >= 1e-3 && value < 1e5 ? String(value) : value.toExponential());
+  const values = (_, splits) => splits.map((value) => (value === null ? "" : text(value)));
+  return { grid: { ...grid, filter }, ticks: { ...ticks, filter }, filter, values };
 }
 
 function shade(plot, band, style) {
