@@ -18,6 +18,7 @@ from rov_cosim.study.certificate_page import loop_lines, page, work_lines
 from rov_cosim.study.changes import Changes
 from rov_cosim.study.looped import loop_of
 from rov_cosim.systems.catalogue import SYSTEMS
+from typed import ok
 
 T, T_F = 0.03, 0.1
 WITHOUT_NOISE = {"passive_arm.noise_std": 0.0, "passive_arm.encoder_counts": 0}
@@ -150,6 +151,16 @@ def test_the_page_calls_no_loop_stable_without_its_free_roll(certificates):
     assert re.search(r"^Stable while the vehicle is level, with .* samples of delay to spare;", text, re.M)
     told = text.partition("Roll and pitch are free and not controlled:")[2]
     assert re.match(r"\n  UNSTABLE in the small: (.*\n)+  That is a warning, ", told)
+
+
+@pytest.mark.slow
+def test_several_systems_are_certified_in_processes_as_in_one(fmus, tmp_path):
+    pages, path = [], tmp_path / "table.md"
+    for jobs in (1, 2):
+        told = ok("certify", "paper_simulation", "station_keeping", "--states", 0, "--jobs", jobs, "--table", path)
+        pages.append((told, re.findall(r"^\| `.*", path.read_text(encoding="utf-8"), re.M)))
+    assert pages[0] == pages[1]
+    assert [row.split("`")[1] for row in pages[0][1]] == ["paper_simulation", "station_keeping"]
 
 
 @pytest.mark.slow

@@ -1,8 +1,10 @@
 """Gains by the rule: what they promise by hand, as a file from the command to a run, and vehicles that hold by them."""
 
 import re
+from collections import Counter
 from contextlib import nullcontext, suppress
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -198,6 +200,20 @@ def test_a_vehicle_sways_in_a_current_that_takes_the_stiffness_of_its_yaw(fmus, 
 
 
 @pytest.mark.slow
+def test_without_what_a_current_takes_eight_of_eighteen_sway(fmus, tmp_path):
+    """With it none does: see `test_every_vehicle_holds_at_the_first_try`."""
+    verdicts = []
+    for vehicle, factor in product(("bluerov2_heavy", "bluerov2"), (0.5, 1.0, 2.0)):
+        for controller in ("adaptive_pd", "extended", "pid"):
+            folder = tmp_path / f"{vehicle}{factor}{controller}"  # a file is read once
+            folder.mkdir()
+            rule = replace(fleet.rule_of(controller), current=0.0)
+            wiring, gains = with_gains(folder, scaled(vehicle, factor), controller, rule)
+            verdicts += holds(wiring, values=gains)[1:]
+    assert Counter(verdicts) == {"held": 10, "oscillates": 8}
+
+
+@pytest.mark.slow
 def test_the_certificate_tells_of_the_roll_that_a_current_makes_unstable(fmus, tmp_path):
     plant, rule = scaled("bluerov2_heavy", 1.0), Rule()
     _, gains = with_gains(tmp_path, plant, "adaptive_pd", rule)
@@ -214,6 +230,12 @@ def test_the_command_writes_what_a_run_takes(fmus, tmp_path):
     shown = ok("tune", "hoang_kreuzer", "--delay", 2, "-o", gains, "--plot", picture)
     assert "lag 235 ms, so omega 0.851 rad/s" in shown
     assert "samples of delay to spare" in shown
+    told = re.search(
+        r"0.25 m/s takes up to (\S+) N m/rad of the stiffness in yaw, (\S+); by omega alone that is (\S+)\.\n", shown
+    )
+    taken, stiffness, by_omega = map(float, told.groups())
+    assert by_omega == pytest.approx(14.7 * 0.851**2, rel=5e-3)
+    assert stiffness == pytest.approx(max(by_omega, taken + by_omega / 2), rel=5e-3)
     assert f"rov-cosim run hoang_kreuzer --parameters {gains}" in shown
     assert "psi" in picture.read_text(encoding="utf-8")
     wiring = Changes(values={"controller.K_P.x": 7.0}, parameters=(gains,)).applied(

@@ -106,14 +106,13 @@ class Certificate:
         Of the stiffness K a current leaves K - K_s (`softening`), of which K_D (K - K_s) > m_r K_I is needed (Hurwitz).
         From wherever it comes. To some 20 %: without lags, and of a vehicle that is held in place.
         """
-        p, axis = self.loop.p(self.loop.plant), 5
+        p, axis = self.loop.p(self.loop.plant), 5  # yaw
         damping = self.gains.K_D[axis, axis] + np.asarray(p.D_linear)[axis]
         integral = self.inertia[axis, axis] * self.gains.K_I[axis, axis] / damping if damping > 0 else 0.0
         stiffness = self.gains.stiffness[axis, axis] - integral
 
         def left(speed: float) -> float:
-            taken = softening(self.loop.law, self.loop.p(self.loop.controller), p, speed)
-            return float(np.clip((stiffness - taken) / abs(stiffness), -1.0, 1.0))
+            return float(np.clip((stiffness - self.softening(speed)) / abs(stiffness), -1.0, 1.0))
 
         below, speeds = np.nan, np.linspace(0.0, FASTEST, _SPEEDS)
         for speed in speeds:
@@ -121,6 +120,10 @@ class Certificate:
                 return float(brentq(left, below, speed, xtol=5e-4)) if speed else np.nan
             below = speed
         return np.inf
+
+    def softening(self, speed: float) -> float:
+        """Return K_s, what a current of a speed in m/s takes at most of the stiffness in yaw, in N m/rad."""
+        return softening(self.loop.law, self.loop.p(self.loop.controller), self.loop.p(self.loop.plant), speed)
 
     @property
     def inertia(self) -> Matrix:

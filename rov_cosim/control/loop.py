@@ -237,7 +237,10 @@ class Loop:
         return after.x, after.y
 
     def _slopes(self, name: str, x: Matrix, u: Matrix) -> tuple[Matrix, Matrix]:
-        """Return how states and outputs after a step follow from the states, and from the inputs, before it."""
+        """Return how states and outputs after a step follow from the states, and from the inputs, before it.
+
+        Of the inputs only those count that something moving feeds.
+        """
 
         def slope(of: str, i: int) -> Matrix:
             ends = []
@@ -248,7 +251,9 @@ class Loop:
             return (ends[0] - ends[1]) / (2 * DIFFERENCE)
 
         rows = len(x) + self.components[name].y.size
-        fed = {target.place for _, target, _ in self.links if target.element == name}
+        fed = {
+            target.place for source, target, _ in self.links if target.element == name and source.element in self.moving
+        }
         none = np.zeros(rows)
         by_x = [slope("x", i) for i in range(len(x))]
         by_u = [slope("u", i) if i in fed else none for i in range(len(u))]

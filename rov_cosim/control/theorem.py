@@ -9,7 +9,7 @@ with roll and pitch at zero. `rov_cosim/control/README.md` has the derivation.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyroots, polytrim, polyval
@@ -168,20 +168,16 @@ def coriolis_constant(M: Matrix) -> float:
     """
     N = _TURN @ M - M @ _TURN
     psi = np.eye(4)[3]
-
-    def form(x: Vector) -> Any:
-        return (x[3] * N + np.outer(N @ x, psi) - np.outer(psi, N @ x)) / 2
-
-    best, random = 0.0, np.random.default_rng(1)
-    for x in random.normal(size=(_STARTS, 4)):
-        size, before = 0.0, -1.0
-        for _ in range(_ITERATIONS):
-            _, sizes, rows = np.linalg.svd(form(x / np.linalg.norm(x)))
-            x, size, before = rows[0], float(sizes[0]), size
-            if size - before < 1e-12:
-                break
-        best = max(best, size)
-    return best
+    x, size = np.random.default_rng(1).normal(size=(_STARTS, 4)), np.zeros(_STARTS)
+    for _ in range(_ITERATIONS):
+        x /= np.linalg.norm(x, axis=1, keepdims=True)
+        turned = x @ N  # N is symmetric
+        form = (x[:, 3, None, None] * N + turned[:, :, None] * psi - psi[:, None] * turned[:, None, :]) / 2
+        _, sizes, rows = np.linalg.svd(form)
+        x, size, before = rows[:, 0], sizes[:, 0], size
+        if np.all(size - before < 1e-12):
+            break
+    return float(size.max())
 
 
 def failures(found: Sequence[Condition], epsilon_0: float) -> list[str]:

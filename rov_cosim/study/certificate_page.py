@@ -33,8 +33,8 @@ def page(certificate: Certificate, worst: Worst | None = None) -> Iterator[str]:
         yield "The theorem of the paper is about the adaptive law: nothing is said by it of this controller."
 
 
-def table(certificates: Iterable[Certificate], command: str) -> str:
-    """Return a page in Markdown with a row for each certificate."""
+def table(rows: Iterable[Iterable[str]], command: str) -> str:
+    """Return a page in Markdown with a row of `cells` for each certificate."""
     lines = [
         "# Certificates",
         "",
@@ -45,10 +45,11 @@ def table(certificates: Iterable[Certificate], command: str) -> str:
         "| its noise | epsilon_0 | (6) published | (6) corrected | by axes |",
         f"|{'---|' * 12}",
     ]
-    return "\n".join([*lines, *(f"| {' | '.join(_cells(one))} |" for one in certificates), ""])
+    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows), ""])
 
 
-def _cells(certificate: Certificate) -> Iterator[str]:
+def cells(certificate: Certificate) -> Iterator[str]:
+    """Yield the cells of a certificate's row."""
     yield f"`{certificate.name}`"
     margin = certificate.common_margin
     if margin is None:

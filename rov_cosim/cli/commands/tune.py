@@ -5,7 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
+from ...components.interface import POSE
 from ...control.certificate import Certificate
 from ...control.tuning import Rule, Timing, TuningError
 from ...ssp.declaration import wire
@@ -20,6 +22,7 @@ from ...systems.loop import CONTROLLER
 from .. import outputs
 
 _POSITIVE = click.FloatRange(min=0, min_open=True)
+_SHARE = click.FloatRange(0, 1, min_open=True, max_open=True)
 _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
 
 
@@ -38,6 +41,10 @@ _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
 @click.option("--sample-time", type=_POSITIVE, help="Of arm, controller and coupling in s; 0.03 if left out.")
 @click.option("--damping", type=_POSITIVE, default=Rule.damping, show_default=True, help="Damping ratio.")
 @click.option("--bandwidth", type=_POSITIVE, default=Rule.bandwidth, show_default=True, help="omega times the lag.")
+@click.option("--adapted", type=_SHARE, help="W Gamma W^T over the stiffness; the controller's if left out.")
+@click.option(
+    "--integral", type=_POSITIVE, help="Integral gain over omega and the stiffness; the controller's if left out."
+)
 @click.option(
     "--current",
     type=click.FloatRange(min=0),
@@ -70,6 +77,8 @@ def command(
     sample_time: float | None,
     damping: float,
     bandwidth: float,
+    adapted: float | None,
+    integral: float | None,
     current: float,
     output: Path | None,
     alone: Path | None,
@@ -91,6 +100,7 @@ def command(
         sample_time or float(own["sample_time"]), filter_time_constant or float(own["filter_time_constant"]), lag, delay
     )
     rule = replace(fleet.rule_of(controller), bandwidth=bandwidth, damping=damping, current=current)
+    rule = replace(rule, adapted=adapted or rule.adapted, integral=integral or rule.integral)
     gains = fleet.tuned_for(controller, plant, timing, rule)
     of_loop: dict[str, Any] = {
         f"{CONTROLLER}.filter_time_constant": filter_time_constant,
@@ -109,6 +119,7 @@ def command(
         click.echo(f"{name} = {str(value).lower() if isinstance(value, bool) else f'{value:g}'}")
     click.echo()
     click.echo("\n".join([*loop_lines(certificate), *work_lines(certificate)]))
+    click.echo(_in_current(certificate, current, rule.omega(timing)))
     if plot:
         from ...study.margin_plot import draw_margins  # loads matplotlib, which takes a while
 
@@ -128,3 +139,14 @@ def command(
         raise TuningError(
             "The controlled axes are unstable with these gains: see the mode above; --bandwidth takes less."
         )
+
+
+def _in_current(certificate: Certificate, current: float, omega: float) -> str:
+    yaw = POSE.index("psi")
+    if np.isinf(taken := certificate.softening(current)):
+        return f"In a current of {current:g} m/s no rest of roll and pitch is found."
+    stiffness, by_omega = certificate.gains.stiffness[yaw, yaw], certificate.inertia[yaw, yaw] * omega**2
+    return (
+        f"A current of {current:g} m/s takes up to {taken:.3g} N m/rad of the stiffness in yaw, {stiffness:.3g}; "
+        f"by omega alone that is {by_omega:.3g}."
+    )
