@@ -11,6 +11,9 @@ from ..ssp.wiring import Element, Wiring, WiringError
 Folders = Mapping[tuple[str, Path], Path]
 """Where an FMU lies unpacked, by the element's name and the archive: two elements share no library's memory."""
 
+_NOT_RUN = ("sources", "documentation")
+"""What of an FMU no run needs, for it is told of its resources alone (FMI 2.0, 2.1.5). It is most of its files."""
+
 
 @contextmanager
 def unpacked(*wirings: Wiring) -> Iterator[Folders]:
@@ -31,9 +34,9 @@ def unpacked(*wirings: Wiring) -> Iterator[Folders]:
 
 
 def unpack(element: Element, folder: Path) -> Path:
-    """Unpack the FMU of an element into a folder, and return the folder; errors as in `unpacked`."""
+    """Unpack what runs of the FMU of an element into a folder, and return the folder; errors as in `unpacked`."""
     try:
-        zipped.unpack(element.fmu, folder)
+        zipped.unpack(element.fmu, folder, without=_NOT_RUN)
     except zipped.ZipError as error:
         raise WiringError(element.name, [f"{element.fmu.name} {error}"]) from None
     where = str(folder)

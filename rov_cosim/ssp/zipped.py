@@ -2,7 +2,7 @@
 
 import shutil
 import zlib
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from lzma import LZMAError
 from pathlib import Path, PurePosixPath
@@ -51,8 +51,8 @@ def opened(path: Path) -> Iterator[ZipFile]:
         raise ZipError(f"is damaged, or packed as it cannot be read here ({said}): copy or zip it again.") from None
 
 
-def unpack(path: Path, folder: Path) -> None:
-    """Unpack an archive into a folder; backslashes in its names part folders, as the tools that write them mean.
+def unpack(path: Path, folder: Path, without: Container[str] = ()) -> None:
+    """Unpack an archive into a folder, without some of its own; backslashes in names part folders, as some tools mean.
 
     Raises
     ------
@@ -65,7 +65,10 @@ def unpack(path: Path, folder: Path) -> None:
             gigabytes = f"{size / 2**30:.3g} GB"
             raise ZipError(f"holds {gigabytes}, more than is free in the temporary folder: set TMPDIR to another.")
         for info in archive.infolist():
-            target = folder / place(info)
+            where = place(info)
+            if where.parts[:1] and where.parts[0] in without:
+                continue
+            target = folder / where
             if info.is_dir() or info.filename.endswith("\\"):
                 target.mkdir(parents=True, exist_ok=True)
                 continue
