@@ -3,7 +3,7 @@
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from ..components.interface import POSE
 from ..control.certificate import Certificate
+from ..ssp.declaration import wire
 from ..ssp.values import Value
+from ..ssp.wiring import Wiring
 from ..study.assessment import AXES, SETTLED, errors, in_hold, settling
 from ..study.changes import Changes
 from ..study.looped import loop_of
-from ..study.runs import Run, opened, simulated
+from ..study.runs import Run, simulated
 from ..study.scores import Score
 from ..study.settings import Settings
 from ..systems.catalogue import SYSTEMS
@@ -28,6 +30,12 @@ SHOWN = [0, 1, 2, 5]
 
 class ExperimentError(RuntimeError):
     """An experiment did not run to its end."""
+
+
+@cache
+def _wired(system: str) -> Wiring:
+    """Return a system, its FMUs built, as they were when it was first asked for."""
+    return wire(SYSTEMS[system])
 
 
 @dataclass(frozen=True)
@@ -75,9 +83,8 @@ class Experiment:
         WiringError : a value is wrong.
         ExperimentError : it failed.
         """
-        with opened(SYSTEMS[self.system], Changes(values=self.values)) as wiring:
-            settings = Settings(self.coupling, stop_time=self.stop_time)
-            done = simulated(wiring, settings, progress=lambda steps: steps)
+        settings = Settings(self.coupling, stop_time=self.stop_time)
+        done = simulated(self._wiring, settings, progress=lambda steps: steps)
         if done.failure:
             raise ExperimentError(f"{self.command}: {done.failure}")
         return done
@@ -85,8 +92,11 @@ class Experiment:
     @cached_property
     def certificate(self) -> Certificate:
         """The loop, linearised, and the theorem's conditions of its gains."""
-        with opened(SYSTEMS[self.system], Changes(values=self.values)) as wiring:
-            return Certificate(wiring.name, loop_of(wiring))
+        return Certificate(self._wiring.name, loop_of(self._wiring))
+
+    @property
+    def _wiring(self) -> Wiring:
+        return Changes(values=self.values).applied(_wired(self.system))
 
     @property
     def certify(self) -> str:

@@ -5,14 +5,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from html import escape
 
-from ..control.certificate import Certificate
 from ..study import certificate_page
-from ..study.looped import loop_of
-from ..study.runs import opened
-from ..systems.catalogue import SYSTEMS
 from .claim import CONFIRMED, NOT, Claim
 from .claims import claims
-from .experiment import EXPERIMENT
+from .experiment import EXPERIMENT, Experiment
 from .figures import Drawn, figures
 from .inferred import Inferred, inferred
 from .page import Section
@@ -35,7 +31,7 @@ def all_of(progress: Callable[[str], object] = lambda line: None) -> list[Sectio
     progress("drawing its figures")
     drawn = figures()
     progress("varying what was inferred")
-    return [_figures(drawn), _claims(stated), _inferred(inferred()), _certificate(EXPERIMENT.system)]
+    return [_figures(drawn), _claims(stated), _inferred(inferred()), _certificate(EXPERIMENT)]
 
 
 def _figures(drawn: Iterable[Drawn]) -> Section:
@@ -85,10 +81,9 @@ def _inferred(found: Iterable[Inferred]) -> Section:
     )
 
 
-def _certificate(system: str) -> Section:
-    with opened(SYSTEMS[system]) as wiring:
-        lines = certificate_page.page(Certificate(wiring.name, loop_of(wiring)))
-    text = f"<p>Why it holds, before it is run.</p>{_command(f'rov-cosim certify {system} --states 0')}"
+def _certificate(experiment: Experiment) -> Section:
+    lines = certificate_page.page(experiment.certificate)
+    text = f"<p>Why it holds, before it is run.</p>{_command(f'{experiment.certify} --states 0')}"
     return Section(
         "certificate", "Certificate of the gains in use", f"{text}\n<pre>{escape(chr(10).join(lines))}</pre>"
     )
