@@ -19,7 +19,7 @@ from rov_cosim.release import bill, settled, source
 from typed import call, one_line
 
 ROOT = Path(__file__).parent.parent
-FILES = {"kits/a-0.1.0.zip": b"kit", "fmus/a.fmu": b"fmu", "a.whl": b"wheel"}
+FILES = {"kits/a-0.1.0.zip": b"kit", "fmus/a.fmu": b"fmu", "a.whl": b"wheel", "kits/pid-0.1.0.zip": b"kit"}
 
 
 @pytest.fixture(scope="module")

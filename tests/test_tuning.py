@@ -105,7 +105,7 @@ def test_long_levers_do_not_stiffen_the_yaw_beyond_the_rule():
 
 
 def test_what_cannot_be_tuned_is_refused():
-    with pytest.raises(TuningError, match=r"leaves no K_P beside what adaptive_pd adapts"):
+    with pytest.raises(TuningError, match=r"leave no K_P beside what adaptive_pd adapts"):
         tuned(ADAPTIVE_PD, INERTIA, rule=Rule(bandwidth=3.0))
     bare = replace(PID, parameters=tuple(s for s in PID.parameters if s.key != "K_P"))
     with pytest.raises(TuningError, match="no gains K_P and K_D"):

@@ -1,6 +1,7 @@
 """The options and arguments that several commands share."""
 
 import functools
+import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields, replace
@@ -23,7 +24,21 @@ from ..study.troubles import TROUBLES
 from ..systems import fleet
 from ..systems.catalogue import SYSTEMS
 
-_POSITIVE = click.FloatRange(min=0, min_open=True)
+
+class Finite(click.FloatRange):
+    """Numbers of a range, without infinity and what is no number."""
+
+    name = "float"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the number; errors as of click."""
+        found = super().convert(value, param, ctx)
+        if not math.isfinite(found):
+            self.fail(f"{value} is not finite.", param, ctx)
+        return found
+
+
+_POSITIVE = Finite(min=0, min_open=True)
 
 
 class SystemType(click.ParamType[System | Path]):

@@ -137,7 +137,8 @@ def tuned(
         stiffness = stiffness - W**2 @ gains["Gamma"]
         if not np.all(stiffness > 0):
             raise TuningError(
-                f"A bandwidth of {omega:.3g} rad/s leaves no K_P beside what {component.name} adapts: take less."
+                f"A bandwidth of {omega:.3g} rad/s and an integral gain of {rule.integral:g} leave no K_P beside what "
+                f"{component.name} adapts, {rule.integral * omega / epsilon:.3g} of the stiffness: take less of either."
             )
     gains["K_P"] = stiffness
     return {

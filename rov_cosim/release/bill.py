@@ -21,6 +21,7 @@ from packaging.utils import canonicalize_name
 
 from ..exporters.archive import RELEASED
 from ..report.bundle import Library, libraries
+from ..systems.fleet import CONTROLLERS
 from .source import ReleaseError
 
 CHECKSUMS, BILL, CONSTRAINTS = "SHA256SUMS", "sbom.cdx.json", "constraints.txt"
@@ -64,7 +65,8 @@ def _bill(files: Mapping[str, str], commit: str, made_by: Mapping[str, Distribut
         )
         for name, digest in files.items()
     ]
-    held = [_library(library) for library in libraries()]
+    with_page = tuple(f"kits/{component.name}-" for component in CONTROLLERS.values())
+    held = [_library(library) for library in libraries() if any(name.startswith(with_page) for name in files)]
     tools = [
         Component(name="Python", type=ComponentType.APPLICATION, version=platform.python_version()),
         Component(name="zlib", type=ComponentType.LIBRARY, version=zlib.ZLIB_RUNTIME_VERSION),

@@ -90,7 +90,7 @@ def draw_heat_map(matrix: Matrix, paths: Iterable[Path], note: str = "") -> None
     for vehicle, controllers in columns.items():
         end = begin + len(controllers)
         # A name breaks where it is longer than its columns are wide.
-        name = fill(vehicle.replace("_", " "), 8 * len(controllers)).replace(" ", "_").replace("\n", "_\n")
+        name = _broken(vehicle, 8 * len(controllers))
         panel.text((begin + end) / 2, -0.3, name, ha="center", va="bottom", fontsize=8, weight="bold")
         panel.axvline(end, color="white", linewidth=4)
         begin = end
@@ -106,6 +106,12 @@ def draw_heat_map(matrix: Matrix, paths: Iterable[Path], note: str = "") -> None
         figure.set_layout_engine("none")
     for path in paths:
         save(figure, path, dpi=130)
+
+
+def _broken(name: str, width: int) -> str:
+    """Return a name in lines of so many characters, broken after underscores."""
+    parts = fill(name.replace("_", "_ "), width, break_long_words=False, break_on_hyphens=False)
+    return parts.replace("_ ", "_")
 
 
 def _columns(matrix: Matrix) -> dict[str, list[str]]:

@@ -3,10 +3,10 @@
 import shlex
 import signal
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from functools import partial
 from multiprocessing import get_context
+from multiprocessing.pool import Pool
 from pathlib import Path
 
 import click
@@ -50,7 +50,7 @@ def command(
             wirings.append(wiring)
     jobs, rows = min(jobs, len(wirings)), []
     with ExitStack() as stack:
-        each = map if jobs == 1 else stack.enter_context(_processes(jobs)).map
+        each = map if jobs == 1 else stack.enter_context(_processes(jobs)).imap
         for i, (lines, row) in enumerate(each(partial(_certified, states=states), wirings)):
             click.echo("\n" * bool(i) + "\n".join(lines))
             rows.append(row)
@@ -66,7 +66,6 @@ def _certified(wiring: Wiring, states: int) -> tuple[list[str], list[str]]:
     return list(page(certificate, worst)), list(cells(certificate))
 
 
-def _processes(jobs: int) -> ProcessPoolExecutor:
-    """Return processes that leave Ctrl-C to this one."""
-    of = get_context(servant.method())
-    return ProcessPoolExecutor(jobs, of, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN))
+def _processes(jobs: int) -> Pool:
+    """Return processes that leave Ctrl-C to this one, and end with the context, whatever they are at."""
+    return get_context(servant.method()).Pool(jobs, signal.signal, (signal.SIGINT, signal.SIG_IGN))

@@ -19,10 +19,10 @@ from ...study.looped import loop_of
 from ...study.screen import say
 from ...systems import fleet
 from ...systems.loop import CONTROLLER
-from .. import outputs
+from .. import options, outputs
 
-_POSITIVE = click.FloatRange(min=0, min_open=True)
-_SHARE = click.FloatRange(0, 1, min_open=True, max_open=True)
+_POSITIVE = options.Finite(min=0, min_open=True)
+_SHARE = options.Finite(0, 1, min_open=True, max_open=True)
 _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
 
 
@@ -35,19 +35,23 @@ _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
 )
 @click.option(
     "--thruster-lag",
-    type=click.FloatRange(min=0),
+    type=options.Finite(min=0),
     help="Time constant of the thrusters in s; the vehicle's if left out.",
 )
 @click.option("--sample-time", type=_POSITIVE, help="Of arm, controller and coupling in s; 0.03 if left out.")
 @click.option("--damping", type=_POSITIVE, default=Rule.damping, show_default=True, help="Damping ratio.")
 @click.option("--bandwidth", type=_POSITIVE, default=Rule.bandwidth, show_default=True, help="omega times the lag.")
-@click.option("--adapted", type=_SHARE, help="W Gamma W^T over the stiffness; the controller's if left out.")
+@click.option(
+    "--adapted",
+    type=_SHARE,
+    help="W Gamma W^T over the stiffness, but for the yaw of `extended`; the controller's if left out.",
+)
 @click.option(
     "--integral", type=_POSITIVE, help="Integral gain over omega and the stiffness; the controller's if left out."
 )
 @click.option(
     "--current",
-    type=click.FloatRange(min=0),
+    type=options.Finite(min=0),
     default=Rule.current,
     show_default=True,
     help="Speed in m/s of the current in which the yaw has to be held.",
@@ -94,6 +98,8 @@ def command(
         raise click.UsageError(f"there is no vehicle {vehicle}.{known}")
     plant = fleet.parameters_of(vehicle)
     component, system = fleet.CONTROLLERS[controller], fleet.holding(vehicle, controller)
+    if adapted is not None and not any(name.startswith("Gamma.") for name in component.p.names):
+        raise click.UsageError(f"--adapted is the share of what a law adapts; {controller} adapts nothing.")
     own = {**dict(zip(component.p.names, component.p.start.tolist(), strict=True)), **system.parameters[CONTROLLER]}
     lag = float(plant["thruster_time_constant"]) if thruster_lag is None else thruster_lag
     timing = Timing(
@@ -147,6 +153,6 @@ def _in_current(certificate: Certificate, current: float, omega: float) -> str:
         return f"In a current of {current:g} m/s no rest of roll and pitch is found."
     stiffness, by_omega = certificate.gains.stiffness[yaw, yaw], certificate.inertia[yaw, yaw] * omega**2
     return (
-        f"A current of {current:g} m/s takes up to {taken:.3g} N m/rad of the stiffness in yaw, {stiffness:.3g}; "
-        f"by omega alone that is {by_omega:.3g}."
+        f"The stiffness in yaw is {stiffness:.3g} N m/rad, of which the loads and a current of {current:g} m/s "
+        f"take up to {taken:.3g}; by omega alone it would be {by_omega:.3g}."
     )

@@ -53,7 +53,8 @@ def main():
     try:
         found = [line for run in runs for line in departures(fmu, run)]
     except Exception as error:  # FMPy raises plain ones, of a library that does not load for one
-        sys.exit(f"{fmu} cannot be checked here: {error.args[-1]}; `rov-cosim handover check` may take it.")
+        why = (error.args or [type(error).__name__])[-1]
+        sys.exit(f"{fmu} cannot be checked here: {why}; `rov-cosim handover check` may take it.")
     print("\n".join([*found, f"{len(runs)} reference runs, {len(found)} departures"]))
     return 1 if found or not runs else 0
 
