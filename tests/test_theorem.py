@@ -1,9 +1,17 @@
 """The theorem: its constants by hand, its bounds by a search for counterexamples that shares no code with them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from rov_cosim.control.lyapunov import Descent
+from rov_cosim.components.adaptive_pd import COMPONENT as ADAPTIVE_PD
+from rov_cosim.components.adaptive_pd.equations import adaptation_law, disturbance_of
+from rov_cosim.components.feedback import Demand
+from rov_cosim.components.frames import jacobian_inverse
+from rov_cosim.components.rov_plant import COMPONENT as ROV_PLANT
+from rov_cosim.components.rov_plant.equations import unknown_forces
+from rov_cosim.control.lyapunov import Descent, terms
 from rov_cosim.control.theorem import AXES, Case, conditions, coriolis_constant, corrected, failures, published, sharp
 
 M = np.diag([120.0, 128.0, 136.0, 14.7])
@@ -179,3 +187,24 @@ def test_failures_are_told_in_words():
 def test_without_alpha_nothing_bounds_the_coriolis_terms():
     assert sharp(PAPER["simulation"]._replace(alpha=0.0)).margin == -np.inf
     assert sharp(PAPER["simulation"]._replace(alpha=0.0)).largest == 0
+
+
+def test_adaptation_changes_v_by_the_power_of_the_wrong_wrench_whatever_its_gains():
+    # Along eq. 5 the term of the estimate changes by (theta_hat - theta)^T W^T s: what the proof cancels against the
+    # law's wrench. Pulls that come from outside are a part of theta.
+    random = np.random.default_rng(1)
+    p, p_law = (of.p.unpack(of.p.start.copy()) for of in (ROV_PLANT, ADAPTIVE_PD))
+    p.forces, p_law.adaptation = random.normal(size=7), 1.0
+    p_law.Gamma, p_law.Gamma_off = random.uniform(1, 3, 10), random.uniform(-0.2, 0.2, 21)
+    eta, e, e_dot = (0.3 * random.normal(size=6) for _ in range(3))
+    motion = SimpleNamespace(eta=eta, nu=np.zeros(6), eta_d=eta - e, theta_hat=random.normal(size=10))
+    motion.F_umbilical, motion.F_arm = random.normal(size=(2, 3))
+
+    m = SimpleNamespace(eta=eta, eta_half_way=eta, e=e, e_dot=e_dot, e_dot_mean=e_dot)
+    rate = adaptation_law(m, Demand(*np.zeros((3, 6))), p_law)
+    estimates = [SimpleNamespace(**{**vars(motion), "theta_hat": motion.theta_hat + way * rate}) for way in (0.5, -0.5)]
+    after, before = (terms(one, p, p_law)[1] for one in estimates)
+
+    s = jacobian_inverse(eta) @ (e_dot + p_law.epsilon_0 / (1 + p_law.alpha * np.linalg.norm(e)) * e)
+    wrong = disturbance_of(motion.theta_hat, eta, p_law) - unknown_forces(eta, motion, p)
+    assert after - before == pytest.approx(s @ wrong, rel=1e-9)
