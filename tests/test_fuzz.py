@@ -18,7 +18,7 @@ from rov_cosim.whole import face
 COMPONENTS = components()
 SANITIZERS = "-fsanitize=fuzzer,address,undefined,float-cast-overflow"
 COMPILE = ["clang", "-std=c99", "-g", "-O1", SANITIZERS, "-fno-sanitize-recover=all"]
-RUNS = 400
+RUNS = 1000
 LONGEST = 1000
 LIMITS = ["-timeout=30", "-rss_limit_mb=2048", "-len_control=0", f"-max_len={LONGEST}", "-print_funcs=0"]
 FIRST_CASES = 200
