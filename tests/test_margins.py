@@ -1,6 +1,11 @@
 """The linearised loop: beside transfer functions by hand, beside runs of the FMUs, and where it turns unstable."""
 
+import os
 import re
+import signal
+import subprocess
+import sys
+import time
 from copy import copy
 from dataclasses import replace
 
@@ -161,6 +166,23 @@ def test_several_systems_are_certified_in_processes_as_in_one(fmus, tmp_path):
         pages.append((told, re.findall(r"^\| `.*", path.read_text(encoding="utf-8"), re.M)))
     assert pages[0] == pages[1]
     assert [row.split("`")[1] for row in pages[0][1]] == ["paper_simulation", "station_keeping"]
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_the_processes_that_certify_at_once(fmus):
+    command = [sys.executable, "-m", "rov_cosim.cli.main", "certify", "station_keeping", "rexrov", "minerva"]
+    process = subprocess.Popen(
+        [*command, "--states", "100000", "--jobs", "2"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    time.sleep(10)  # until they are at work, for minutes
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the parent and to its processes
+    _, told = process.communicate(timeout=30)  # they all have its pipes
+    assert process.returncode == 1
+    assert "Traceback" not in told
 
 
 @pytest.mark.slow
