@@ -174,7 +174,8 @@ def test_the_lyapunov_function_follows_the_gains_and_says_where_there_is_none(re
             return curve.locator("canvas").evaluate("canvas => canvas.toDataURL()")
 
         before = drawn()
-        assert note.inner_text().endswith("V ends above zero.")
+        assert note.inner_text().startswith("Of forces that act alike the sum alone is learned: V ends above zero.")
+        assert "current" not in note.inner_text()
         slider = page.locator('[data-key="K_P.y"]')
         slider.focus()
         changed(page, lambda: page.keyboard.press("ArrowLeft"))
@@ -182,11 +183,11 @@ def test_the_lyapunov_function_follows_the_gains_and_says_where_there_is_none(re
         changed(page, lambda: page.keyboard.press("ArrowRight"))
         assert drawn() == before
         changed(page, lambda: page.evaluate("location.hash += '&current.x=0.1'"))
-        expect(note).to_contain_text("It need not fall: a current flows.")
+        expect(note).to_contain_text("It need not fall: a current flows")
         page.check('#results input[value="pd"]')
         expect(note).to_contain_text("nothing is adapted")
         page.check('#results input[value="pid"]')
-        expect(note).to_have_text("None here: the proof is about the adaptive law.")
+        expect(note).to_have_text("None here: the proof is of the paper's law.")
         assert not curve.is_visible()
 
 
