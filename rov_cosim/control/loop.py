@@ -178,7 +178,7 @@ class Loop:
                 if not np.isfinite(A).all():
                     break
                 eye = np.eye(len(z))
-                # The pseudo-inverse; `pinv` is twenty times slower on what has numbers as small as these.
+                # The pseudo-inverse; `pinv` is far slower where numbers are as small as some of these.
                 towards = np.linalg.lstsq(A + B @ C - (1 + 1 / pseudo_steps) * eye, eye, rcond=1e-12)[0]
                 for _ in range(_CHORD):
                     rest = loop.stepped(z) - z
