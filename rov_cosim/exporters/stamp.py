@@ -4,6 +4,7 @@ import re
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from functools import cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, distribution, requires, version
 from io import BytesIO
@@ -63,6 +64,7 @@ def _stamp(made_of: str, fmu: bytes) -> bytes:
     return _hash(made_of.encode() + fmu).encode()
 
 
+@cache  # as this process has loaded it
 def _environment() -> list[str]:
     licences = [file for file in distribution("rov-cosim").files or () if file.name == "LICENSE"]
     versions = [f"{name} {_version(name)}" for name in _packages()]

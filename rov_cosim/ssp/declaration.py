@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 from fmpy import read_model_description
+from fmpy.model_description import ModelDescription
 
 from ..components.interface import SAMPLE_TIME
 from ..exporters.build import built
@@ -63,7 +65,7 @@ def wire(
     if unknown := [fmu for fmu in system.elements.values() if fmu not in fmus]:
         raise WiringError(system.name, [f"There is no FMU {fmu}." + suggestion(fmu, fmus) for fmu in unknown])
     elements = tuple(
-        Element(name, fmus[fmu], read_model_description(str(fmus[fmu])), system.parameters.get(name, {}))
+        Element(name, fmus[fmu], _description(fmus[fmu]), system.parameters.get(name, {}))
         for name, fmu in system.elements.items()
     )
     links: list[Link] = []
@@ -90,3 +92,13 @@ def wire(
     if problems:
         raise WiringError(system.name, problems)
     return wiring
+
+
+def _description(fmu: Path) -> ModelDescription:
+    status = fmu.stat()
+    return _read(str(fmu), status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=64)  # a fleet has few components
+def _read(fmu: str, changed: int, size: int) -> ModelDescription:
+    return read_model_description(fmu)
