@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Collection, Iterator
 from contextlib import chdir, contextmanager
 from ctypes import POINTER, c_char_p, c_double, c_int, c_uint32, cast
+from itertools import groupby
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..exporters import zig
 from ..ssp.rates import Rate
+from ..ssp.values import called_as
 from ..ssp.wiring import Element
 from .log import Log
 from .memory import Watch
@@ -147,7 +149,7 @@ class Slave:
         self.outputs, self.inputs = {}, {}
         variables = self.element.variables.values()
         for type_ in TYPES:
-            of_type = [v for v in variables if v.type == type_ or (type_ == "Integer" and v.type == "Enumeration")]
+            of_type = [v for v in variables if called_as(v) == type_]
             if outputs := [v for v in of_type if v.causality == "output"]:
                 self.outputs[type_] = Block(type_, outputs)
             if inputs := [v for v in of_type if v.name in fed]:
@@ -155,11 +157,11 @@ class Slave:
 
     def set_start_values(self) -> None:
         """Set what differs from the FMU's own start values; SlaveError if that fails, as in all that follows."""
-        for name, value in self.element.start_values.items():
-            variable = self.element.variables[name]
-            type_ = "Integer" if variable.type == "Enumeration" else variable.type
+        typed = ((self.element.variables[name], value) for name, value in self.element.start_values.items())
+        for type_, group in groupby(typed, lambda one: called_as(one[0])):
+            variables, values = zip(*group, strict=True)
             set_ = getattr(self.fmu, f"set{type_}")
-            self._call(set_, "s", type_, [variable.valueReference], [value])
+            self._call(set_, "s", type_, [variable.valueReference for variable in variables], [*values])
 
     def call(self, function: str, **arguments: Any) -> None:
         """Call a function of the FMU's life by FMPy's name, for example ``terminate``."""

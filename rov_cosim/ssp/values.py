@@ -59,6 +59,11 @@ def are_alike(type_: str, other: str) -> bool:
     return type_ == other or {type_, other} == {"Integer", "Enumeration"}
 
 
+def called_as(variable: ModelVariable) -> str:
+    """Return the type that a variable has in the names of the functions that set and read it."""
+    return "Integer" if variable.type == "Enumeration" else str(variable.type)
+
+
 def items_of(variable: ModelVariable) -> dict[str, int]:
     """Return the items of a variable's enumeration by name; none if it is of another type, or the FMU tells none.
 
