@@ -68,8 +68,10 @@ def test_the_winch_of_the_fleet_pulls_in_the_place_of_the_arms_force(wired_loops
         mass = [loop.value(f"rov_plant.{name}") for name in ("mass", "added_mass.u", "added_mass.v")]
         ratio = (2 * mass[0] + mass[1] + mass[2]) / (120.0 + 128.0)
         assert loop.value("taut_wire.winch_tension") == pytest.approx(8.0 * ratio, rel=1e-3)
-        by_arm = holding(WIRED[vehicle], controller).parameters
-        assert by_arm["controller"].items() <= {e.name: e for e in loop.elements}["controller"].start_values.items()
+        by_arm = holding(WIRED[vehicle], controller).parameters["controller"]
+        by_wire = {e.name: e for e in loop.elements}["controller"].start_values
+        assert by_arm.keys() <= by_wire.keys()
+        assert controller == "extended" or by_arm.items() <= by_wire.items()  # that is tuned for the sensor
 
 
 @pytest.mark.parametrize("vehicle", WIRED)
@@ -77,7 +79,7 @@ def test_the_extended_law_holds_a_vehicle_of_the_fleet_by_the_wire(wired_loops, 
     loop = wired_loops[vehicle, "extended"]
     results = simulate(loop)
     found = score(results, loop)
-    assert found.settling < 20.0
+    assert found.settling < 25.0
     assert found.worst < 0.010
     assert found.worst_yaw < np.radians(1.0)
     assert results["taut_wire.taut"].all()

@@ -23,6 +23,7 @@ from rov_cosim.study.looped import loop_of
 from rov_cosim.study.scores import score
 from rov_cosim.systems import fleet
 from rov_cosim.systems.fleet import VEHICLES, parameters_of
+from rov_cosim.systems.gains import EXTENSIONS, extended, inertia
 from typed import call, ok, one_line
 
 INERTIA = np.array([120.0, 128.0, 136.0, 9.2, 15.7, 14.7])
@@ -173,7 +174,7 @@ def with_gains(folder, plant, controller, rule):
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("vehicle", VEHICLES)
 def test_every_vehicle_holds_at_the_first_try(fmus, tmp_path, vehicle, factor, controller):
-    wiring, gains = with_gains(tmp_path, scaled(vehicle, factor), controller, fleet.rule_of(controller))
+    wiring, gains = with_gains(tmp_path, scaled(vehicle, factor), controller, fleet.tuning_of(controller).rule)
     assert holds(wiring, values=gains) == ["held", "held"]
 
 
@@ -187,7 +188,7 @@ def test_every_vehicle_holds_at_the_first_try(fmus, tmp_path, vehicle, factor, c
     ],
 )
 def test_a_vehicle_sways_in_a_current_that_takes_the_stiffness_of_its_yaw(fmus, tmp_path, vehicle, factor, controller):
-    plant, rule, current = scaled(vehicle, factor), fleet.rule_of(controller), float(np.hypot(0.2, 0.1))
+    plant, rule, current = scaled(vehicle, factor), fleet.tuning_of(controller).rule, float(np.hypot(0.2, 0.1))
     for bare in (True, False):
         wiring, gains = with_gains(tmp_path, plant, controller, replace(rule, current=0.0) if bare else rule)
         changed = Changes(values=gains).applied(wiring)
@@ -207,7 +208,7 @@ def test_without_what_a_current_takes_eight_of_eighteen_sway(fmus, tmp_path):
         for controller in ("adaptive_pd", "extended", "pid"):
             folder = tmp_path / f"{vehicle}{factor}{controller}"  # a file is read once
             folder.mkdir()
-            rule = replace(fleet.rule_of(controller), current=0.0)
+            rule = replace(fleet.tuning_of(controller).rule, current=0.0)
             wiring, gains = with_gains(folder, scaled(vehicle, factor), controller, rule)
             verdicts += holds(wiring, values=gains)[1:]
     assert Counter(verdicts) == {"held": 10, "oscillates": 8}
@@ -241,7 +242,7 @@ def test_the_command_writes_what_a_run_takes(fmus, tmp_path):
     wiring = Changes(values={"controller.K_P.x": 7.0}, parameters=(gains,)).applied(
         wire(fleet.holding("hoang_kreuzer"))
     )
-    expected = tuned(ADAPTIVE_PD, fleet.inertia(parameters_of("hoang_kreuzer")), timing=Timing(delay=2))
+    expected = tuned(ADAPTIVE_PD, inertia(parameters_of("hoang_kreuzer")), timing=Timing(delay=2))
     assert {name: wiring.value(f"controller.{name}") for name in expected} == {**expected, "K_P.x": 7.0}
     assert wiring.value("passive_arm.delay") == 2
     assert "gains-" in wiring.name
@@ -287,8 +288,8 @@ def test_the_command_gives_the_extended_law_what_the_fleet_gives_it(fmus, tmp_pa
     ok("tune", "rexrov", "--controller", "extended", "--thruster-lag", 0, "-o", gains)
     wiring = wire(fleet.holding("rexrov", "extended"))
     tuned_too = Changes(parameters=(gains,)).applied(wiring)
-    names = fleet.extended(ADAPTIVE_PD, parameters_of("rexrov"))
-    assert {f"Gamma.M.{axis}" for axis in "xyz"} | set(fleet.EXTENSIONS) <= set(names)
+    names = extended(ADAPTIVE_PD, parameters_of("rexrov"), *fleet.TUNING)
+    assert {f"Gamma.M.{axis}" for axis in "xyz"} | set(EXTENSIONS) <= set(names)
     for name in names:
         assert tuned_too.value(f"controller.{name}") == wiring.value(f"controller.{name}"), name
 

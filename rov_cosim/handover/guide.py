@@ -12,6 +12,7 @@ from ..exporters.documentation import names, readme
 from ..exporters.model_description import literal
 from ..ssp.z_down import sign
 from ..systems import fleet
+from ..systems.gains import by_rule, inertia
 from ..systems.loop import CONTROLLER, element_of
 
 _SAMPLED = "samples are taken at multiples of `sample_time`"
@@ -88,15 +89,15 @@ def _text(file: str) -> str:
 def _gains(component: Component) -> str:
     """Return the section on gains for a vehicle, empty for a controller that the rule is not for."""
     of = {name: fleet.parameters_of(name) for name in fleet.VEHICLES}
-    timing, rule = fleet.timing_of(component.name), fleet.rule_of(component.name)
+    timing, rule = fleet.tuning_of(component.name)
     try:
         assert isinstance(component, Sampled)
-        gains = {v: fleet.by_rule(component, p, timing, rule) for v, p in of.items()}
+        gains = {v: by_rule(component, p, timing, rule) for v, p in of.items()}
     except TuningError:
         return ""
     rows = {f"`{name}`": [gains[v][name] for v in of] for name in next(iter(gains.values()))}
-    inertia = [earth_inertia(fleet.inertia(p)) for p in of.values()]
-    head = {f"M {axis}": [M[i] for M in inertia] for i, axis in ((0, "x, y"), (2, "z"), (5, "psi"))}
+    inertias = [earth_inertia(inertia(p)) for p in of.values()]
+    head = {f"M {axis}": [M[i] for M in inertias] for i, axis in ((0, "x, y"), (2, "z"), (5, "psi"))}
     left_out = (".phi`", ".theta`", "M.x`", "M.y`", "K_P.y`", "K_D.y`", "K_I.y`")
     shown = head | {name: row for name, row in rows.items() if not name.endswith(left_out)}
     lines = [["", *(f"`{name}`" for name in of)], ["---"] * (len(of) + 1)]

@@ -9,7 +9,8 @@ from ..components.rov_plant import COMPONENT as ROV_PLANT
 from ..components.vehicle import FORCES, N_THRUSTERS, allocation_matrix, degrees_of_freedom, disturbance_map
 from ..ssp.values import Value, parse
 from ..ssp.wiring import Wiring, WiringError
-from ..systems.fleet import VEHICLES, scaled
+from ..systems.fleet import VEHICLES
+from ..systems.gains import scaled
 from ..systems.loop import SENSORS, WIRE
 
 

@@ -39,16 +39,14 @@ _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
     help="Time constant of the thrusters in s; the vehicle's if left out.",
 )
 @click.option("--sample-time", type=_POSITIVE, help="Of arm, controller and coupling in s; 0.03 if left out.")
-@click.option("--damping", type=_POSITIVE, default=Rule.damping, show_default=True, help="Damping ratio.")
-@click.option("--bandwidth", type=_POSITIVE, default=Rule.bandwidth, show_default=True, help="omega times the lag.")
+@click.option("--damping", type=_POSITIVE, help="Damping ratio.")
+@click.option("--bandwidth", type=_POSITIVE, help="omega times the lag.")
 @click.option(
     "--adapted",
     type=_SHARE,
-    help="W Gamma W^T over the stiffness, but for the yaw of `extended`; the controller's if left out.",
+    help="W Gamma W^T over the stiffness, but for the yaw of `extended`.",
 )
-@click.option(
-    "--integral", type=_POSITIVE, help="Integral gain over omega and the stiffness; the controller's if left out."
-)
+@click.option("--integral", type=_POSITIVE, help="Integral gain over omega and the stiffness.")
 @click.option(
     "--current",
     type=options.Finite(min=0),
@@ -79,8 +77,8 @@ def command(
     filter_time_constant: float | None,
     thruster_lag: float | None,
     sample_time: float | None,
-    damping: float,
-    bandwidth: float,
+    damping: float | None,
+    bandwidth: float | None,
     adapted: float | None,
     integral: float | None,
     current: float,
@@ -89,6 +87,8 @@ def command(
     plot: Path | None,
 ) -> None:
     """Tune a controller for VEHICLE, a name of the fleet or a file of the same parameters, VEHICLE.ssv.
+
+    A figure of the rule that is left out is the one that the fleet takes for the controller and the vehicle.
 
     It ends with status 1 if the controlled axes of the level vehicle are unstable with the gains. A free roll or pitch
     that is unstable, which nothing controls, is a warning.
@@ -105,8 +105,9 @@ def command(
     timing = Timing(
         sample_time or float(own["sample_time"]), filter_time_constant or float(own["filter_time_constant"]), lag, delay
     )
-    rule = replace(fleet.rule_of(controller), bandwidth=bandwidth, damping=damping, current=current)
-    rule = replace(rule, adapted=adapted or rule.adapted, integral=integral or rule.integral)
+    given = {"bandwidth": bandwidth, "damping": damping, "adapted": adapted, "integral": integral}
+    chosen = {name: figure for name, figure in given.items() if figure is not None}
+    rule = replace(fleet.tuning_of(controller, vehicle).rule, current=current, **chosen)
     gains = fleet.tuned_for(controller, plant, timing, rule)
     of_loop: dict[str, Any] = {
         f"{CONTROLLER}.filter_time_constant": filter_time_constant,
