@@ -15,11 +15,10 @@ import numpy as np
 import pytest
 
 from rov_cosim.exporters.build import project_root
+from rov_cosim.study import matrix_tables
 from rov_cosim.study.campaign.case import score_of
 from rov_cosim.study.changes import Changes
 from rov_cosim.study.matrix import Cell, MatrixError, run_all, wired
-from rov_cosim.study.matrix_picture import COLOURS, draw_heat_map
-from rov_cosim.study.matrix_tables import markdown
 from rov_cosim.study.score_table import write_scores
 from rov_cosim.study.scores import VERDICTS
 from rov_cosim.study.troubles import TROUBLES
@@ -93,7 +92,7 @@ def test_the_tables_hold_every_cell(small, tmp_path):
     for row, found in zip(rows, small.scores.values(), strict=True):
         assert row["verdict"] == found.verdict
         assert float(row["rms"]) == pytest.approx(found.rms, rel=1e-5)
-    page = markdown(small, "rov-cosim matrix", "matrix.svg", "as a test")
+    page = matrix_tables.markdown(small, "rov-cosim matrix", "matrix.svg", "as a test")
     assert "as a test" in page
     found = small.scores[Cell(VEHICLE, "pd", "still_water")]
     cells = [cell.strip() for cell in re.search(r"^\| still_water \|(.*)\|$", page, re.M).group(1).split("|")]
@@ -111,10 +110,10 @@ def test_the_tables_hold_every_cell(small, tmp_path):
 
 
 def test_the_heat_map_shows_each_verdict_in_its_colour(small, tmp_path):
-    draw_heat_map(small, tmp_path / "matrix.png")
+    matrix_tables.draw_heat_map(small, [tmp_path / "matrix.png"])
     pixels = (plt.imread(tmp_path / "matrix.png")[..., :3] * 255).round().astype(int).reshape(-1, 3)
     shown = {}
-    for verdict, colour in zip(VERDICTS, COLOURS, strict=True):
+    for verdict, colour in zip(VERDICTS, matrix_tables.COLOURS, strict=True):
         rgb = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
         shown[verdict] = int((pixels == rgb).all(axis=1).sum())
     legend = shown["oscillates"]  # none of the cells
@@ -169,7 +168,7 @@ def test_the_page_has_the_verdicts_of_the_matrix_and_each_failure_is_explained(f
         return re.sub(r", [\d., a-z]*(?= \|)", "", text)
 
     page = (project_root() / "systems" / "MATRIX.md").read_text()
-    assert verdicts(markdown(matrix, "rov-cosim matrix", "matrix.svg")) == verdicts(page)
+    assert verdicts(matrix_tables.markdown(matrix, "rov-cosim matrix", "matrix.svg")) == verdicts(page)
     told = (project_root() / "systems" / "FLEET.md").read_text().partition("## Why each trouble fails")[2]
     explained = {name for row in re.findall(r"^- (`.*?`):", told, re.M) for name in re.findall(r"`([\w+]+)`", row)}
     if {"delay_7", "delay_10"} <= explained:

@@ -1,9 +1,12 @@
 """`rov-cosim certify`: why a system holds, or does not, before it is run."""
 
 import shlex
+import signal
 import sys
 from contextlib import ExitStack
 from functools import partial
+from multiprocessing import get_context
+from multiprocessing.pool import Pool
 from pathlib import Path
 
 import click
@@ -47,7 +50,7 @@ def command(
             wirings.append(wiring)
     jobs, rows = min(jobs, len(wirings)), []
     with ExitStack() as stack:
-        each = map if jobs == 1 else stack.enter_context(servant.processes(jobs)).imap
+        each = map if jobs == 1 else stack.enter_context(_processes(jobs)).imap
         for i, (lines, row) in enumerate(each(partial(_certified, states=states), wirings)):
             click.echo("\n" * bool(i) + "\n".join(lines))
             rows.append(row)
@@ -61,3 +64,8 @@ def _certified(wiring: Wiring, states: int) -> tuple[list[str], list[str]]:
     certificate = Certificate(wiring.name, loop_of(wiring))
     worst = certificate.descent(states) if states and certificate.is_adaptive else None
     return list(page(certificate, worst)), list(cells(certificate))
+
+
+def _processes(jobs: int) -> Pool:
+    """Return processes that leave Ctrl-C to this one, and end with the context, whatever they are at."""
+    return get_context(servant.method()).Pool(jobs, signal.signal, (signal.SIGINT, signal.SIG_IGN))

@@ -4,18 +4,15 @@ import shlex
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import click
 from tqdm import tqdm
 
-from ... import study
 from ...study.campaign import servant
 from ...study.changes import Changes
 from ...study.matrix import Cell, Matrix, MatrixError, run_all, wired
-from ...study.matrix_tables import markdown
 from ...study.runs import file_name, results_folder
 from ...study.score_table import write_scores
 from ...study.scores import VERDICTS
@@ -28,8 +25,6 @@ from .. import options, outputs
 
 MOST_LINES = 30
 """Runs that are shown one by one."""
-_PICTURE = f"{study.__name__}.matrix_picture"
-"""Loads matplotlib, which takes a while: not this process does, but those that draw."""
 
 
 def _some(name: str, known: Iterable[str], which: str = "Only") -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -72,7 +67,7 @@ def command(
 ) -> None:
     """Run every vehicle with every controller in every trouble, and tell which held it."""
     if not scheduler:
-        servant.begin(_PICTURE)
+        servant.begin()
     folder = (output or results_folder()).absolute()
     folder.mkdir(parents=True, exist_ok=True)
     if CONTROLLER in changes.swaps and len(controllers) > 1:
@@ -112,19 +107,16 @@ def command(
 
 
 def _write(found: Matrix, path: Path, note: str) -> None:
+    from ...study import matrix_tables  # loads matplotlib, which takes a while
+
     write_scores(found.scores, Cell._fields, path.with_name(f"{path.name}.csv"))
     command = shlex.join(["rov-cosim", *sys.argv[1:]])
-    page = markdown(found, command, f"{path.name}.svg", note)
+    page = matrix_tables.markdown(found, command, f"{path.name}.svg", note)
     path.with_name(f"{path.name}.md").write_text(page, encoding="utf-8")
     pictures = [path.with_name(f"{path.name}{suffix}") for suffix in (".png", ".svg")]
-    with servant.processes(len(pictures)) as processes:
-        processes.starmap(_draw, [(found, picture, note) for picture in pictures])
+    matrix_tables.draw_heat_map(found, pictures, note)
     for suffix in (".csv", ".md", ".png", ".svg"):
         click.echo(path.with_name(f"{path.name}{suffix}"))
-
-
-def _draw(found: Matrix, path: Path, note: str) -> None:
-    import_module(_PICTURE).draw_heat_map(found, path, note)
 
 
 def _progress(runs: Iterable[Any], total: int) -> Any:

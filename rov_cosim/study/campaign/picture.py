@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..limits import UNITS
-from ..matrix_picture import COLOURS
+from ..matrix_tables import COLOURS
 from ..plots import save
 from ..scores import VERDICTS
 from .analysis import CHANCE, effects, measures, numbers, share

@@ -1,11 +1,10 @@
-"""A process that loads what others need while this one loads what it needs itself, and from which they are forked."""
+"""A process that loads what workers need while this one loads what it needs itself, and from which they are forked."""
 
 import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
-from multiprocessing import forkserver, get_all_start_methods, get_context, resource_tracker
-from multiprocessing.pool import Pool
+from multiprocessing import forkserver, get_all_start_methods, resource_tracker
 from tempfile import gettempdir
 
 _LONGEST = 100 - len("/pymp-12345678/listener-12345678")
@@ -18,17 +17,12 @@ def method() -> str:
     return "forkserver" if can else "spawn"
 
 
-def begin(*further: str) -> None:
-    """Begin to load, further modules too; where processes are not forked or one has begun already, nothing happens."""
+def begin() -> None:
+    """Begin to load; where processes are not forked, and where one has begun already, nothing happens."""
     if method() == "forkserver":
         with interrupts_blocked():
-            forkserver.set_forkserver_preload(["distributed", f"{__package__}.worker", *further])
+            forkserver.set_forkserver_preload(["distributed", f"{__package__}.worker"])
             forkserver.ensure_running()
-
-
-def processes(n: int) -> Pool:
-    """Return processes that leave Ctrl-C to this one, and end with the context, whatever they are at."""
-    return get_context(method()).Pool(n, signal.signal, (signal.SIGINT, signal.SIG_IGN))
 
 
 @contextmanager
