@@ -55,7 +55,7 @@ LOOPS = (*product(VEHICLES, CONTROLLERS), *product(WIRED, ("adaptive_pd", "exten
 """Vehicle and controller of each system of the fleet."""
 
 EXTENDED = ("extended", "pid")
-"""Those with `EXTENSIONS`, gains by `TUNINGS`, and the rate of the set-point."""
+"""Those with `EXTENSIONS`, gains by `TUNING` or `TUNINGS`, and the rate of the set-point."""
 
 
 class Tuning(NamedTuple):
@@ -85,7 +85,7 @@ TUNINGS = {
         Timing(filter_time_constant=0.107), Rule(bandwidth=0.165, damping=1.13, integral=0.185, adapted=0.39)
     ),
 }
-"""Of those for which another controller holds what the law by `TUNING` does not; FLEET.md tells of each."""
+"""Of those for which another controller holds what `extended` by `TUNING` does not, for it and `pid`; see FLEET.md."""
 
 STOP_TIME = 300.0
 """Duration of a run in s: a trouble may come at 60 s, and the yaw is adapted through the arm's lever, which is slow."""
@@ -168,7 +168,7 @@ def parameters_of(vehicle: str) -> Mapping[str, Value]:
 
 
 def tuning_of(controller: str, vehicle: str = "") -> Tuning:
-    """Return by what a controller is tuned for a vehicle, or for one that has no tuning of its own."""
+    """Return by what a controller is tuned for a vehicle, or for one without a tuning of its own, as by a file."""
     return TUNINGS.get(vehicle, TUNING) if controller in EXTENDED else Tuning(Timing(), Rule())
 
 

@@ -37,12 +37,8 @@ def test_gains_of_ones_own_hold_what_the_fleets_do_not_and_still_withstand_laggi
 
 
 @pytest.mark.parametrize("vehicle", TUNINGS)
-def test_they_leave_seven_samples_of_delay_and_are_certified_but_for_minervas(fmus, vehicle):
+def test_they_leave_seven_samples_of_delay(fmus, vehicle):
     found = Certificate("", loop_of(wire(holding(vehicle, "extended"))))
-    by_axes = [conditions[-1] for conditions in found.conditions]
-    if vehicle == "minerva":
-        assert [condition.largest for condition in by_axes] == pytest.approx([0.623, 0.581], abs=1e-3)
-    assert all(condition.holds for condition in by_axes) == (vehicle != "minerva")
     assert found.level.is_stable
     assert found.common_margin.delay > 7 * SAMPLE_TIME
 

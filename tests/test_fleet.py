@@ -7,11 +7,12 @@ from rov_cosim.components.adaptive_pd import COMPONENT as CONTROLLER
 from rov_cosim.components.vehicle import COUPLE, FORCES
 from rov_cosim.control.certificate import Certificate
 from rov_cosim.master.simulation import simulate
+from rov_cosim.ssp.declaration import wire
 from rov_cosim.ssp.wiring import WiringError
 from rov_cosim.study.looped import loop_of
 from rov_cosim.study.matrix import Cell, run_all, wired
 from rov_cosim.systems import station_keeping
-from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, holding, parameters_of, tuning_of
+from rov_cosim.systems.fleet import CONTROLLERS, VEHICLES, WIRED, holding, parameters_of, tuning_of
 from rov_cosim.systems.gains import EXTENSIONS
 from typed import call
 from typical import typical
@@ -68,9 +69,9 @@ def test_the_extended_law_has_the_bandwidth_of_its_lag_in_every_axis(vehicle):
     assert gains["epsilon_0"] * rule.adapted == pytest.approx(rule.integral * omega, rel=1e-3)
 
 
-@pytest.mark.parametrize("vehicle", typical(VEHICLES, "bluerov2"))
-def test_the_theorem_certifies_the_extended_law_of_every_vehicle_but_minerva(loops, vehicle):
-    found = Certificate("", loop_of(loops[vehicle, "extended"]))
+@pytest.mark.parametrize("vehicle", typical([*VEHICLES, *WIRED], "bluerov2", "minerva"))
+def test_the_theorem_certifies_the_extended_law_of_every_vehicle_but_minerva(fmus, vehicle):
+    found = Certificate("", loop_of(wire(holding(vehicle, "extended"))))
     undamped, damped = (conditions[-1] for conditions in found.conditions)
     assert (undamped.margin > 0) == (vehicle != "minerva")
     assert (damped.largest > found.case.epsilon_0) == (vehicle != "minerva")

@@ -31,6 +31,29 @@ def chain(plain_gain, tmp_path, n=3, **parameters):
     return wire(System("chain", "", dict.fromkeys(names, "g"), links, 0.3, parameters), {"g": plain_gain})
 
 
+def test_an_fmu_that_is_replaced_is_read_anew_and_else_once(fmus, tmp_path):
+    fmu, system = tmp_path / "any.fmu", System("one", "", {"one": "any"}, (), 0.3)
+    made = []
+    for name in ("pid", "pid", "scenario"):
+        if not made or made[-1].modelName != name:
+            fmu.write_bytes(fmus[name].read_bytes())
+        made.append(wire(system, {"any": fmu}).elements[0].description)
+    assert [description.modelName for description in made] == ["pid", "pid", "scenario"]
+    assert made[0] is made[1]
+
+
+def test_start_values_are_set_in_their_order_a_call_for_each_stretch_of_a_type(fmus):
+    values = {"K_P.x": 1.0, "K_P.y": 2.0, "integration": True, "K_P.z": 3.0}
+    wiring = wire(System("one", "", {"one": "pid"}, (), 0.3, {"one": values}), fmus)
+    with Instances(wiring) as instances:
+        (slave,) = instances.exchange(wiring, (), lambda message: None).slaves
+        called = []
+        for type_ in ("Real", "Boolean"):
+            setattr(slave.fmu, f"set{type_}", lambda references, values: called.append(values))
+        slave.set_start_values()
+    assert called == [[1.0, 2.0], [True], [3.0]]
+
+
 def test_initial_values_that_never_settle_are_told(plain_gain, tmp_path):
     wiring = chain(plain_gain, tmp_path, n=2)
     loop = Wiring("loop", wiring.elements, (*wiring.links, Link(End("g1", "y"), End("g0", "u"))), 0.3, 0.03)

@@ -64,11 +64,11 @@ def _stamp(made_of: str, fmu: bytes) -> bytes:
     return _hash(made_of.encode() + fmu).encode()
 
 
-@cache  # as this process has loaded it
-def _environment() -> list[str]:
+@cache  # `put` stamps nothing once a package has changed
+def _environment() -> tuple[str, ...]:
     licences = [file for file in distribution("rov-cosim").files or () if file.name == "LICENSE"]
     versions = [f"{name} {_version(name)}" for name in _packages()]
-    return [sys.version, *versions, *(_hash(file.read_binary()) for file in licences)]
+    return (sys.version, *versions, *(_hash(file.read_binary()) for file in licences))
 
 
 def _packages() -> list[str]:

@@ -90,6 +90,7 @@ def _gains(component: Component) -> str:
     """Return the section on gains for a vehicle, empty for a controller that the rule is not for."""
     of = {name: fleet.parameters_of(name) for name in fleet.VEHICLES}
     timing, rule = fleet.tuning_of(component.name)
+    apart = [f"`{name}`" for name in of if fleet.tuning_of(component.name, name) != (timing, rule)]
     try:
         assert isinstance(component, Sampled)
         gains = {v: by_rule(component, p, timing, rule) for v, p in of.items()}
@@ -110,6 +111,7 @@ def _gains(component: Component) -> str:
         filter=1e3 * timing.filter_time_constant,
         bandwidth=rule.bandwidth,
         omega=rule.omega(timing),
+        apart=f" The systems of {' and '.join(apart)} have other figures, and other gains." if apart else "",
         current=rule.current,
         most=MOST_IN_YAW,
         rule=by_hand.format(

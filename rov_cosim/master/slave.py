@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..exporters import zig
 from ..ssp.rates import Rate
-from ..ssp.values import called_as
+from ..ssp.values import function_type
 from ..ssp.wiring import Element
 from .log import Log
 from .memory import Watch
@@ -149,7 +149,7 @@ class Slave:
         self.outputs, self.inputs = {}, {}
         variables = self.element.variables.values()
         for type_ in TYPES:
-            of_type = [v for v in variables if called_as(v) == type_]
+            of_type = [v for v in variables if function_type(v) == type_]
             if outputs := [v for v in of_type if v.causality == "output"]:
                 self.outputs[type_] = Block(type_, outputs)
             if inputs := [v for v in of_type if v.name in fed]:
@@ -158,7 +158,7 @@ class Slave:
     def set_start_values(self) -> None:
         """Set what differs from the FMU's own start values; SlaveError if that fails, as in all that follows."""
         typed = ((self.element.variables[name], value) for name, value in self.element.start_values.items())
-        for type_, group in groupby(typed, lambda one: called_as(one[0])):
+        for type_, group in groupby(typed, lambda one: function_type(one[0])):
             variables, values = zip(*group, strict=True)
             set_ = getattr(self.fmu, f"set{type_}")
             self._call(set_, "s", type_, [variable.valueReference for variable in variables], [*values])

@@ -95,10 +95,11 @@ def wire(
 
 
 def _description(fmu: Path) -> ModelDescription:
+    """Return the description of an FMU as it is now, the same object while it is; it must not change."""
     status = fmu.stat()
-    return _read(str(fmu), status.st_mtime_ns, status.st_size)
+    return _read(str(fmu), status.st_mtime_ns, status.st_ctime_ns, status.st_size)
 
 
 @lru_cache(maxsize=64)  # a fleet has few components
-def _read(fmu: str, changed: int, size: int) -> ModelDescription:
+def _read(fmu: str, *made: int) -> ModelDescription:
     return read_model_description(fmu)

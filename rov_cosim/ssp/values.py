@@ -59,7 +59,7 @@ def are_alike(type_: str, other: str) -> bool:
     return type_ == other or {type_, other} == {"Integer", "Enumeration"}
 
 
-def called_as(variable: ModelVariable) -> str:
+def function_type(variable: ModelVariable) -> str:
     """Return the type that a variable has in the names of the functions that set and read it."""
     return "Integer" if variable.type == "Enumeration" else str(variable.type)
 

@@ -10,7 +10,7 @@ from fmpy.model_description import ModelVariable
 
 from ..errors import UserError
 from ..exporters.model_description import literal
-from ..ssp.values import called_as
+from ..ssp.values import function_type
 from ..ssp.wiring import Element, End, Link, Wiring
 
 TYPES = ("Real", "Integer", "Boolean")
@@ -82,7 +82,7 @@ def laid_out(wiring: Wiring) -> Layout:
         for type_ in TYPES:
             outputs += [_shown(i, element, v) for v in element.description.modelVariables if _is(v, "output", type_)]
         for variable in element.description.modelVariables:
-            if called_as(variable) not in TYPES or not element.has_value(variable.name):
+            if function_type(variable) not in TYPES or not element.has_value(variable.name):
                 continue
             if variable.causality == "parameter":
                 parameters.append(_shown(i, element, variable))
@@ -111,23 +111,23 @@ def _check(wiring: Wiring, settable: set[str]) -> None:
 def link_type(link: Link, wiring: Wiring) -> str:
     """Return the type of the values that a link carries."""
     element = next(element for element in wiring.elements if element.name == link.source.element)
-    return called_as(element.variables[link.source.variable])
+    return function_type(element.variables[link.source.variable])
 
 
 def _is(variable: ModelVariable, causality: str, type_: str) -> bool:
-    return bool(variable.causality == causality and called_as(variable) == type_)
+    return bool(variable.causality == causality and function_type(variable) == type_)
 
 
 def _fed(element: Element, type_: str, targets: set[End]) -> Iterable[ModelVariable]:
     for variable in element.description.modelVariables:
-        if called_as(variable) == type_ and End(element.name, variable.name) in targets:
+        if function_type(variable) == type_ and End(element.name, variable.name) in targets:
             yield variable
 
 
 def _shown(index: int, element: Element, declared: ModelVariable) -> Shown:
     variable = copy(declared)
     variable.name = f"{element.name}.{declared.name}"
-    variable.type = called_as(declared)
+    variable.type = function_type(declared)
     variable.canHandleMultipleSetPerTimeInstant = False
     variable.start = None
     if declared.causality != "output":

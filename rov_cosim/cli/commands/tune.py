@@ -31,7 +31,9 @@ _KINDS = [controller for controller in fleet.CONTROLLERS if controller != "pd"]
 @click.option("--controller", type=click.Choice(_KINDS), default=_KINDS[0], show_default=True, help="For this one.")
 @click.option("--delay", type=click.IntRange(0, 10), default=0, help="Samples by which the measurement is late.")
 @click.option(
-    "--filter-time-constant", type=_POSITIVE, help="T_f of the lead filter in s; the controller's if left out."
+    "--filter-time-constant",
+    type=_POSITIVE,
+    help="T_f of the lead filter in s; the system's if left out.",
 )
 @click.option(
     "--thruster-lag",
@@ -98,7 +100,8 @@ def command(
         raise click.UsageError(f"there is no vehicle {vehicle}.{known}")
     plant = fleet.parameters_of(vehicle)
     component, system = fleet.CONTROLLERS[controller], fleet.holding(vehicle, controller)
-    if adapted is not None and not any(name.startswith("Gamma.") for name in component.p.names):
+    adapts = any(name.startswith("Gamma.") for name in component.p.names)
+    if adapted is not None and not adapts:
         raise click.UsageError(f"--adapted is the share of what a law adapts; {controller} adapts nothing.")
     own = {**dict(zip(component.p.names, component.p.start.tolist(), strict=True)), **system.parameters[CONTROLLER]}
     lag = float(plant["thruster_time_constant"]) if thruster_lag is None else thruster_lag
@@ -121,7 +124,9 @@ def command(
     system = replace(system, step_size=timing.sample_time)
     wiring = wire(system, progress=say).with_values(values)
     certificate = Certificate(system.name, loop_of(wiring))
-    click.echo(f"{system.name}: lag {1e3 * timing.lag:.0f} ms, so omega {rule.omega(timing):.3g} rad/s\n")
+    click.echo(f"{system.name}: lag {1e3 * timing.lag:.0f} ms, so omega {rule.omega(timing):.3g} rad/s")
+    figures = {name: getattr(rule, name) for name in given if name != "adapted" or adapts}
+    click.echo(f"By {', '.join(f'{name} {figure:g}' for name, figure in figures.items())}\n")
     for name, value in values.items():
         click.echo(f"{name} = {str(value).lower() if isinstance(value, bool) else f'{value:g}'}")
     click.echo()
