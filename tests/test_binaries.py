@@ -14,6 +14,7 @@ from fmpy import extract, read_model_description
 from fmpy.validation import validate_fmu
 
 from fmu import Fmu
+from rig import RELAXED, random_inputs
 from rov_cosim.components.cases import Case
 from rov_cosim.exporters import archive, native_export, zig
 from rov_cosim.exporters.build import components
@@ -106,7 +107,31 @@ def test_the_binary_calls_mathematics_text_and_memory_alone_and_has_no_variables
     imported = {function.name for function in binary.imported_functions}
     assert imported - {"__cxa_finalize", "__stack_chk_fail", ""} <= HARMLESS
     written = {section.name: section.size for section in binary.sections if section.name in (".data", ".bss")}
-    assert sum(written.values()) <= 16  # the linker's own; what an instance needs is in its memory
+    # What each component knows of the processor, and the linker's own; what an instance needs is in its memory.
+    assert sum(written.values()) <= 16
+
+
+@pytest.mark.skipif("x86_64" not in zig.host_target(), reason="there is AVX on x86-64 alone")
+@pytest.mark.parametrize("name", EVERYWHERE)
+def test_processors_with_and_without_avx_give_the_same_bits(fmus, tmp_path, name):
+    sources = native_export.sources(COMPONENTS[name])
+    asked = sources["processor.h"].replace(b"defined(__x86_64__)", b"0")
+    assert asked != sources["processor.h"]
+    place = native_export.binary_place(name, zig.host_platform())
+    binary = zig.shared_library(name, {**sources, "processor.h": asked}, zig.host_platform())
+    archive.write(tmp_path / "old.fmu", {**archive.read(fmus[name]), place: binary})
+    outputs, random = [], np.random.default_rng(3)
+    inputs = [random_inputs(COMPONENTS[name], random) for _ in range(100)]
+    for label, path in (("new", fmus[name]), ("old", tmp_path / "old.fmu")):
+        fmu = Fmu(path, tmp_path / label)
+        fmu.set(RELAXED[name])
+        fmu.start()
+        for n, values in enumerate(inputs):
+            fmu.set(values)
+            fmu.step(n)
+            outputs.append(fmu.outputs())
+    assert outputs[:100] == outputs[100:]
+    assert outputs[0] != outputs[99]
 
 
 def test_memory_is_taken_for_instances_and_saved_states_alone():

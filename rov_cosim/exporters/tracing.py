@@ -25,6 +25,9 @@ _HEADER = """\
 
 """
 
+_STEPPED = ("model_advance", "model_outputs", "model_sample")
+"""The functions that are called at every step."""
+
 ALONE = Lock()
 """To be held while tracing and writing: CasADi's graphs are for one thread at a time."""
 
@@ -57,7 +60,11 @@ def n_constants(traced: Mapping[str, ca.Function], name: str = "model") -> int:
 
 def source(component: Component, traced: Mapping[str, ca.Function]) -> str:
     """Return the C source of `functions`."""
-    return code(f"{component.name}, traced from the NumPy functions of its component", "model", traced)
+    text = code(f"{component.name}, traced from the NumPy functions of its component", "model", traced)
+    for name in traced:
+        if name in _STEPPED:
+            text = _by_processor(text, name)
+    return text.replace('#include "hidden.h"\n', '#include "hidden.h"\n#include "processor.h"\n', 1)
 
 
 def code(title: str, name: str, traced: Mapping[str, ca.Function]) -> str:
@@ -72,6 +79,15 @@ def code(title: str, name: str, traced: Mapping[str, ca.Function]) -> str:
     text = re.sub(r"if \(res\[(\d+)\]!=0\) (?=res\[\1\])", "", text)
     assert not re.search(r"\? *arg\[|!= *0\) *res\[", text)
     return _HEADER.format(title=title, version=version("casadi")) + text
+
+
+def _by_processor(text: str, name: str) -> str:
+    """Return C of CasADi with a function in the forms of c/processor.h."""
+    found = re.search(rf"int {name}\([^)]*\)\{{\s*return (casadi_f\d+)\([^)]*\);\s*\}}", text)
+    assert found
+    body = found[1]
+    text = text.replace(found[0], f"BY_PROCESSOR({name}, {body})")
+    return text.replace(f"static int {body}(", f"STEPPED int {body}(", 1)
 
 
 @contextmanager

@@ -58,14 +58,12 @@ SUFFIXES = {
 """How the name of a library ends on each platform."""
 _MACOS = {"darwin": "macos"}
 
-# Without contraction a product and a sum round twice on every machine, as they do in NumPy. In equations written out
-# operation by operation, packing pairs of them into vectors costs more time than it saves.
+# Without contraction a product and a sum round twice on every machine, as they do in NumPy.
 FLAGS = (
     "-std=c99",
     "-O2",
     "-ffp-contract=off",
     "-fno-math-errno",
-    "-fno-slp-vectorize",
     "-fvisibility=hidden",
     "-Wall",
     "-Wextra",
