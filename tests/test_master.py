@@ -163,6 +163,23 @@ def test_the_steps_are_those_in_c_where_there_is_a_compiler(fmus):
             assert in_c(exchange, Steps(coupling, 0.0, 0.03, True), Watch()) is not None
 
 
+@pytest.mark.parametrize("in_numpy", [False, True])
+def test_some_outputs_recorded_are_the_same_as_among_all(fmus, in_numpy):
+    wiring = wire(SYSTEMS["station_keeping"], fmus)
+    wanted = ["controller.saturated", "rov_plant.nu.r", "rov_plant.eta.x"]
+    every = simulate(wiring, stop_time=3.0, in_numpy=in_numpy)
+    some = simulate(wiring, stop_time=3.0, in_numpy=in_numpy, recorded={*wanted, "rov_plant.nobody"})
+    assert set(some.dtype.names) == {"time", *wanted}
+    assert some.dtype.itemsize == 8 + 1 + 8 + 8
+    assert all(np.array_equal(some[name], every[name]) for name in some.dtype.names)
+
+
+def test_what_is_not_recorded_is_checked_all_the_same(plain_gain, tmp_path):
+    wiring = chain(plain_gain, tmp_path, n=2, g0={"rate": 1e308}, g1={"rate": 1e308})
+    with pytest.raises(SimulationError, match=r"y is inf"):
+        simulate(replace(wiring, stop_time=30.0), recorded=())
+
+
 def test_factors_are_handed_on_in_c_as_in_python(plain_gain):
     links = (("a.y", "b.u", {"u": -2.5}), ("b.y", "c.u"))
     wiring = wire(System("three", "", dict.fromkeys("abc", "g"), links, 3.0, {"a": {"rate": 0.7}}), {"g": plain_gain})

@@ -6,7 +6,7 @@ import pytest
 from rov_cosim.master.simulation import simulate
 from rov_cosim.study.campaign.case import score_of
 from rov_cosim.study.changes import Changes
-from rov_cosim.study.scores import LOST, OFFSET, SWAY, score
+from rov_cosim.study.scores import LOST, OFFSET, SWAY, VERDICTS, score
 
 VEHICLE = "bluerov2"
 
@@ -114,6 +114,17 @@ def test_chattering_is_the_variation_of_the_thrust_that_moves_most(still, loop):
     switching["controller.u[3]"] = 10.0
     assert score(switching, loop).chattering == pytest.approx(4.0 / 9.0, rel=0.01)
     assert score(switching[:1], loop).chattering == 0.0
+
+
+def test_the_outputs_that_are_scored_give_the_score_of_all(loops):
+    found = set()
+    for trouble in ("still_water", "varying_current_1", "arm_pull", "overload", "far_out_of_reach"):
+        for controller in ("adaptive_pd", "extended", "pd"):
+            wiring = Changes(troubles=(trouble,)).applied(loops[VEHICLE, controller])
+            whole = score(simulate(wiring), wiring)
+            assert score_of(wiring, Changes()) == whole
+            found.add(whole.verdict)
+    assert found == set(VERDICTS)
 
 
 def test_pd_estimates_nothing(loops):

@@ -66,10 +66,10 @@ class Exchange:
             self.copies.append(Copy(*group, froms, tos, factors.astype(dtype)))
         self._into = [[copy for copy in self.copies if copy.receiver == i] for i in range(len(slaves))]
         self.feeds = [Feed(*self._place(end, "inputs")) for end in fed]
-        self.dtype = np.dtype([("time", np.float64), *(field for slave in slaves for field in slave.fields)])
-        self._blocks = [block for slave in slaves for block in slave.outputs.values()]
-        columns = [(f"{i}", block.dtype) for i, block in enumerate(self._blocks)]
-        self._grouped = np.dtype([("time", np.float64), *columns])
+        self.dtype, self.whole = (
+            np.dtype([("time", np.float64), *(field for slave in slaves for field in slave.fields(all_))])
+            for all_ in (False, True)
+        )
 
     def _place(self, end: End, direction: str) -> tuple[int, str, int]:
         number = self._number[end.element]
@@ -97,15 +97,21 @@ class Exchange:
         if must_be_finite:
             slave.check_finite(slave.outputs.get("Real"))
 
-    def recorder(self, rows: NDArray[Any]) -> Callable[[int, float], None]:
-        """Return what records the time and all outputs last read in a row, by its number, of an array of `dtype`."""
-        grouped = rows.view(self._grouped)
-        times, places = grouped["time"], [(grouped[f"{i}"], block) for i, block in enumerate(self._blocks)]
+    def recorder(self, rows: NDArray[Any], all_: bool = False) -> Callable[[int, float], None]:
+        """Return what writes the time and outputs last read to a row, by its number, of an array of `dtype`.
+
+        Of all outputs the array is one of `whole`.
+        """
+        blocks = [block for slave in self.slaves for block in slave.outputs.values()]
+        taken = [(block, len(block.names) if all_ else block.recorded) for block in blocks]
+        columns = [(f"{i}", block.dtype, (n,)) for i, (block, n) in enumerate(taken)]
+        grouped = rows.view([("time", np.float64), *columns])
+        times, places = grouped["time"], [(grouped[f"{i}"], block, n) for i, (block, n) in enumerate(taken)]
 
         def record(row: int, time: float) -> None:
             times[row] = time
-            for column, block in places:
-                column[row] = block.recorded()
+            for column, block, n in places:
+                column[row] = block.first(n)
 
         return record
 
@@ -138,8 +144,8 @@ class InPython:
 
         `given` is as in `run`, of the first step alone.
         """
-        exchange, rows = self.exchange, np.zeros(2, self.exchange.dtype)
-        record, fed = exchange.recorder(rows), None if given is None else given[0]
+        exchange, rows = self.exchange, np.zeros(2, self.exchange.whole)
+        record, fed = exchange.recorder(rows, True), None if given is None else given[0]
         for n in range(PASSES + exchange.n_links):
             for slave in exchange.slaves:
                 exchange.read(slave, False)
@@ -151,7 +157,7 @@ class InPython:
         return differing(rows)
 
     def begin(self, row: NDArray[Any]) -> None:
-        """Read all outputs and record them in an array of one row; SlaveError if that fails."""
+        """Read all outputs, and record those to record in an array of one row; SlaveError if that fails."""
         for slave in self.exchange.slaves:
             self.exchange.read(slave, self.steps.must_be_finite)
         self.exchange.recorder(row)(0, self.steps.start_time)

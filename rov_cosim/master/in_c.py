@@ -25,7 +25,7 @@ _OPTIONS = (*zig.SHARED, "-DLOOP_LIBRARY")
 
 
 class _Block(Structure):
-    _fields_ = (("n", c_size_t), ("references", c_void_p), ("values", c_void_p))
+    _fields_ = (("n", c_size_t), ("recorded", c_size_t), ("references", c_void_p), ("values", c_void_p))
 
 
 class _Slave(Structure):
@@ -63,7 +63,6 @@ class _Loop(Structure):
         ("n_copies", c_size_t),
         ("n_feeds", c_size_t),
         ("coupling", c_size_t),
-        ("row_size", c_size_t),
         ("slaves", POINTER(_Slave)),
         ("copies", POINTER(_Copy)),
         ("feeds", POINTER(_Feed)),
@@ -112,7 +111,6 @@ class InC:
             len(tables.copies),
             len(tables.feeds),
             _COUPLINGS[steps.coupling],
-            exchange.dtype.itemsize,
             tables.slaves,
             tables.copies,
             tables.feeds,
@@ -123,9 +121,9 @@ class InC:
 
     def settle(self, given: GivenRows) -> list[str]:
         """As `InPython.settle`."""
-        rows = np.zeros(2, self._exchange.dtype)
-        passes = PASSES + self._exchange.n_links
-        found = self._library.settle(byref(self._loop), passes, _data(given), rows.ctypes.data, byref(self._watch))
+        rows = np.zeros(2, self._exchange.whole)
+        how = PASSES + self._exchange.n_links, _data(given), rows.itemsize
+        found = self._library.settle(byref(self._loop), *how, rows.ctypes.data, byref(self._watch))
         if found < 0:
             raise self._error(None)
         return [] if found else differing(rows)
@@ -171,7 +169,7 @@ def _library() -> ctypes.CDLL | None:
         return None
     loaded = ctypes.CDLL(str(path))
     loaded.settle.restype = loaded.begin.restype = c_int
-    loaded.settle.argtypes = (c_void_p, c_size_t, c_void_p, c_void_p, c_void_p)
+    loaded.settle.argtypes = (c_void_p, c_size_t, c_void_p, c_size_t, c_void_p, c_void_p)
     loaded.begin.argtypes = (c_void_p, c_void_p, c_void_p)
     loaded.run.restype = c_size_t
     loaded.run.argtypes = (c_void_p, c_size_t, c_size_t, c_void_p, c_double, c_void_p, c_void_p)
@@ -197,7 +195,7 @@ def _built(source: dict[str, bytes], recipe: str) -> Path:
 def _block(block: Block | None) -> _Block:
     if block is None:
         return _Block()
-    return _Block(len(block.names), cast(block.references, c_void_p), block.values.ctypes.data)
+    return _Block(len(block.names), block.recorded, cast(block.references, c_void_p), block.values.ctypes.data)
 
 
 def _data(array: NDArray[np.float64] | None) -> int | None:

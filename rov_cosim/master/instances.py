@@ -1,7 +1,7 @@
 """The FMUs of systems, unpacked, loaded and instantiated, for one run or for many."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -41,9 +41,16 @@ class Instances:
         self._stack.close()
 
     def exchange(
-        self, wiring: Wiring, fed: Sequence[End], warn: Callable[[str], None], watch: Watch | None = None
+        self,
+        wiring: Wiring,
+        fed: Sequence[End],
+        warn: Callable[[str], None],
+        watch: Watch | None = None,
+        recorded: Collection[str] | None = None,
     ) -> Exchange:
         """Return the system's FMUs as fresh instances with its start values set, and what goes between them.
+
+        `recorded` is as in `simulation.simulate`.
 
         Raises
         ------
@@ -55,7 +62,7 @@ class Instances:
             self._instantiated(element, number, wiring.step_size, warn, watch)
             for number, element in enumerate(wiring.elements)
         ]
-        exchange = self._exchange(slaves, wiring, fed)
+        exchange = self._exchange(slaves, wiring, fed, None if recorded is None else frozenset(recorded))
         for slave in slaves:
             slave.set_start_values()
         return exchange
@@ -88,13 +95,17 @@ class Instances:
             raise LoadError(f"{element.name}: the FMU cannot be loaded: {reason}") from error
         return slave
 
-    def _exchange(self, slaves: list[Slave], wiring: Wiring, fed: Sequence[End]) -> Exchange:
-        form = [id(slave) for slave in slaves], wiring.links, tuple(fed)
+    def _exchange(
+        self, slaves: list[Slave], wiring: Wiring, fed: Sequence[End], recorded: frozenset[str] | None
+    ) -> Exchange:
+        form = [id(slave) for slave in slaves], wiring.links, tuple(fed), recorded
         if self._laid_out is None or self._laid_out[0] != form:
             ends = {*(link.target for link in wiring.links), *fed}
             self._laid_out = None  # its memory goes
             for slave in slaves:
-                slave.lay_out([end.variable for end in ends if end.element == slave.element.name])
+                prefix = f"{slave.element.name}."
+                kept = None if recorded is None else {n[len(prefix) :] for n in recorded if n.startswith(prefix)}
+                slave.lay_out([end.variable for end in ends if end.element == slave.element.name], kept)
             self._laid_out = form, Exchange(slaves, wiring.links, fed)
         return self._laid_out[1]
 

@@ -1,7 +1,7 @@
 """The co-simulation master: from a wiring to a table of all outputs."""
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import islice
@@ -48,6 +48,7 @@ def simulate(
     instances: Instances | None = None,
     inputs: NDArray[Any] | None = None,
     output_interval: float | None = None,
+    recorded: Collection[str] | None = None,
     allow_not_finite: bool = False,
     in_numpy: bool = False,
     memory: Memory | None = None,
@@ -65,13 +66,15 @@ def simulate(
     inputs : a table of unconnected inputs over time, as `given.problems_of_given` tells.
     output_interval : time in s; there is a row for the first step at or beyond each multiple of it, and for each step
         if it is left out.
+    recorded : the outputs, ``element.variable``, of which there is a field; those that there are not are passed over,
+        and it is all if left out.
     allow_not_finite : go on when an output is not finite.
     in_numpy : step in Python, not in C where there is a compiler; the results are the same to the last bit.
     memory : where results are kept; if left out in memory, or in a temporary file if they are many.
 
     Returns
     -------
-    Field ``time`` in s and one field for each output, ``element.variable``; a row for the start and each step's end.
+    Field ``time`` in s and one field for each output that is recorded; a row for the start and each step's end.
 
     Raises
     ------
@@ -100,7 +103,8 @@ def simulate(
         instances = instances or stack.enter_context(Instances(wiring))
         stack.callback(instances.free)
         try:
-            run.begin(instances.exchange(wiring, given.ends if given else (), warn, memory.watch), in_numpy)
+            ends = given.ends if given else ()
+            run.begin(instances.exchange(wiring, ends, warn, memory.watch, recorded), in_numpy)
             run.take_steps(progress, interrupted)
             for slave in run.exchange.slaves:
                 slave.call("terminate")

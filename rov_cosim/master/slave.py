@@ -63,15 +63,18 @@ class SlaveError(Exception):
 
 
 class Block:
-    """Some variables of one type of one FMU, and the memory through which they are read or set."""
+    """Some variables of one type of one FMU, and the memory through which they are read or set.
 
-    def __init__(self, type_: str, variables: list[ModelVariable]) -> None:
+    Of outputs the first `recorded` are recorded.
+    """
+
+    def __init__(self, type_: str, variables: list[ModelVariable], recorded: int = 0) -> None:
         n = len(variables)
-        self.type, self.names = type_, [variable.name for variable in variables]
+        self.type, self.names, self.recorded = type_, [variable.name for variable in variables], recorded
         self.references = (c_uint32 * n)(*(variable.valueReference for variable in variables))
         self.memory = (_CTYPES[type_] * n)()
         self.values = np.frombuffer(self.memory, dtype=np.uintp if type_ == "String" else np.dtype(_CTYPES[type_]))
-        self.dtype = np.dtype((_DTYPES[type_], (n,)))
+        self.dtype: np.dtype[Any] = np.dtype(_DTYPES[type_])
         self._pointer = cast(self.memory, POINTER(_CTYPES[type_]))
 
     def arguments(self, fmu: FMU2Slave) -> tuple[Any, ...]:
@@ -83,11 +86,11 @@ class Block:
         """Whether all its values, of Reals, are finite numbers."""
         return bool(np.isfinite(self.values).all())
 
-    def recorded(self) -> NDArray[Any]:
-        """Return the values as they are recorded."""
+    def first(self, n: int) -> NDArray[Any]:
+        """Return the first so many values as they are recorded."""
         if self.type != "String":
-            return self.values
-        return np.array([(text or b"")[:TEXT_SIZE] for text in self.memory], dtype=self.dtype.base)
+            return self.values[:n]
+        return np.array([(text or b"")[:TEXT_SIZE] for text in self.memory[:n]], dtype=self.dtype)
 
 
 class Slave:
@@ -144,20 +147,23 @@ class Slave:
             self.free()
         self._call(self.fmu.freeLibrary, "u")
 
-    def lay_out(self, fed: Collection[str]) -> None:
-        """Lay out the memory of the outputs, and of the inputs that are fed."""
+    def lay_out(self, fed: Collection[str], recorded: Collection[str] | None = None) -> None:
+        """Lay out the memory of the outputs, first those to record, all if left out, and of the inputs that are fed."""
         self.outputs, self.inputs = {}, {}
         variables = self.element.variables.values()
         for type_ in TYPES:
             of_type = [v for v in variables if function_type(v) == type_]
             if outputs := [v for v in of_type if v.causality == "output"]:
-                self.outputs[type_] = Block(type_, outputs)
+                first = [v for v in outputs if recorded is None or v.name in recorded]
+                rest = [v for v in outputs if recorded is not None and v.name not in recorded]
+                self.outputs[type_] = Block(type_, first + rest, len(first))
             if inputs := [v for v in of_type if v.name in fed]:
                 self.inputs[type_] = Block(type_, inputs)
 
     def set_start_values(self) -> None:
         """Set what differs from the FMU's own start values; SlaveError if that fails, as in all that follows."""
-        typed = ((self.element.variables[name], value) for name, value in self.element.start_values.items())
+        known = self.element.variables
+        typed = ((known[name], value) for name, value in self.element.start_values.items())
         for type_, group in groupby(typed, lambda one: function_type(one[0])):
             variables, values = zip(*group, strict=True)
             set_ = getattr(self.fmu, f"set{type_}")
@@ -214,13 +220,12 @@ class Slave:
         finally:
             watch.call = 0
 
-    @property
-    def fields(self) -> list[tuple[str, Any]]:
-        """Name and type of each output in the results, in the order of its values."""
+    def fields(self, all_: bool = True) -> list[tuple[str, Any]]:
+        """Name and type of each output, of all or of those that are recorded, in the order of the values."""
         return [
-            (f"{self.element.name}.{name}", _DTYPES[type_])
-            for type_, block in self.outputs.items()
-            for name in block.names
+            (f"{self.element.name}.{name}", block.dtype)
+            for block in self.outputs.values()
+            for name in block.names[: None if all_ else block.recorded]
         ]
 
 

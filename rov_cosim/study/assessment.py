@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..components.frames import pose_difference
 from ..components.interface import POSE, WRENCH
-from ..ssp.wiring import Wiring
+from ..ssp.wiring import Wiring, inputs_of
 from ..systems.loop import CONTROLLER
 
 AXES = ("x", "y", "z", "psi")
@@ -16,6 +16,7 @@ SETTLED = {"x": 0.02, "y": 0.02, "z": 0.02, "psi": np.radians(2.0)}
 """Error in m or rad below which an axis counts as settled."""
 HOLD = 0.2
 """Share of a run, at its end, in which holding is assessed."""
+_PLANT_POSE = tuple(f"rov_plant.eta.{axis}" for axis in POSE)
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,17 @@ class Force:
 
 def assessable(wiring: Wiring) -> bool:
     """Tell whether a system has the pose of a vehicle: what an arm's inputs ``eta`` receive, else ``rov_plant.eta``."""
-    return _arm(wiring) is not None or {f"rov_plant.eta.{axis}" for axis in POSE} <= wiring.outputs
+    return _arm(wiring) is not None or wiring.outputs.issuperset(_PLANT_POSE)
+
+
+def outputs_assessed(wiring: Wiring) -> set[str]:
+    """Return the outputs that `pose`, `measured`, `errors` and `disturbances` read of the results of a system."""
+    arm, controller = _arm(wiring), controller_of(wiring)
+    groups = [f"{controller}.eta_d", *([f"{arm}.eta"] if arm else [])]
+    inputs = [f"{controller}.eta_m_valid", *(f"{group}.{axis}" for group in groups for axis in POSE)]
+    sources = {str(link.source) for end in inputs if (link := wiring.link_to(end))}
+    true_pose = () if arm else _PLANT_POSE
+    return sources.union(true_pose, *_disturbance_ends(wiring).values())
 
 
 def pose(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
@@ -50,7 +61,7 @@ def pose(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
     """
     arm = _arm(wiring)
     if arm is None:
-        return np.stack([results[f"rov_plant.eta.{axis}"] for axis in POSE])
+        return np.stack([results[output] for output in _PLANT_POSE])
     return received(results, wiring, f"{arm}.eta")
 
 
@@ -122,12 +133,17 @@ def disturbances(results: NDArray[Any], wiring: Wiring) -> dict[str, tuple[NDArr
 
     Body frame, N or N m, each of shape (rows,). In the four-DOF form roll and pitch are not estimated.
     """
-    controller = controller_of(wiring)
-    estimated = WRENCH if wiring.value(f"{controller}.control_roll_pitch") else ("X", "Y", "Z", "N")
-    ends = {axis: [f"{element}.disturbance.{axis}" for element in (controller, "rov_plant")] for axis in estimated}
+    ends = _disturbance_ends(wiring)
     if not {end for pair in ends.values() for end in pair} <= set(results.dtype.names or ()):
         return {}
     return {axis: (results[estimate], results[true]) for axis, (estimate, true) in ends.items()}
+
+
+def _disturbance_ends(wiring: Wiring) -> dict[str, list[str]]:
+    """Return the outputs that are the estimated and the true disturbance, by axis."""
+    controller = controller_of(wiring)
+    estimated = WRENCH if wiring.value(f"{controller}.control_roll_pitch") else ("X", "Y", "Z", "N")
+    return {axis: [f"{element}.disturbance.{axis}" for element in (controller, "rov_plant")] for axis in estimated}
 
 
 def forces(results: NDArray[Any], wiring: Wiring) -> list[Force]:
@@ -175,12 +191,8 @@ def received(results: NDArray[Any], wiring: Wiring, group: str) -> NDArray[np.fl
 
 def _element_with(wiring: Wiring, group: str) -> str | None:
     """Return the name of the first element that has all inputs of a pose."""
-    wanted = [f"{group}.{axis}" for axis in POSE]
-    for element in wiring.elements:
-        found = (element.variables.get(name) for name in wanted)
-        if all(variable is not None and variable.causality == "input" for variable in found):
-            return element.name
-    return None
+    wanted = {f"{group}.{axis}" for axis in POSE}
+    return next((element.name for element in wiring.elements if inputs_of(element.description) >= wanted), None)
 
 
 def _arm(wiring: Wiring) -> str | None:

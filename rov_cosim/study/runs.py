@@ -1,7 +1,7 @@
 """From a system to results on disk: build what changed, wire, change, simulate; table, CSV and picture."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -86,6 +86,7 @@ def simulated(
     warn: Callable[[str], None] = lambda message: None,
     progress: Progress | None = None,
     instances: Instances | None = None,
+    recorded: Collection[str] | None = None,
 ) -> Run:
     """Return the run of a system; one that fails, or is interrupted, has the results so far.
 
@@ -107,6 +108,7 @@ def simulated(
         "inputs": settings.table(),
         "output_interval": settings.output_interval,
         "allow_not_finite": settings.allow_not_finite,
+        "recorded": recorded,
     }
     try:
         if instances is None and settings.isolates(wiring):

@@ -18,6 +18,7 @@ from .assessment import (
     hold_begin,
     in_hold,
     measured,
+    outputs_assessed,
     pose,
     settling,
 )
@@ -119,9 +120,16 @@ def score(results: NDArray[Any], wiring: Wiring, failure: str = "") -> Score:
     )
 
 
+def outputs_scored(wiring: Wiring) -> set[str]:
+    """Return the outputs that `score` reads of the results of a system, whether it has them or not."""
+    controller = controller_of(wiring)
+    own = {*_commands(controller), f"{controller}.saturated", _attached(wiring)}
+    return own | outputs_assessed(wiring)
+
+
 def commands_of(results: NDArray[Any], controller: str) -> NDArray[np.float64] | None:
     """Return the thruster commands, shape (8, rows); None if the controller has no ``u``."""
-    names = [f"{controller}.u[{i}]" for i in count(N_THRUSTERS)]
+    names = _commands(controller)
     there = set(names) <= set(results.dtype.names or ())
     return np.stack([results[name] for name in names]) if there else None
 
@@ -157,9 +165,18 @@ def _loss(
 
 def _detached(results: NDArray[Any], wiring: Wiring) -> bool:
     """Tell whether what measures has an output ``attached`` that is false at the end."""
-    link = wiring.link_to(f"{controller_of(wiring)}.eta_m_valid")
-    name = f"{link.source.element}.attached" if link else ""
+    name = _attached(wiring)
     return name in (results.dtype.names or ()) and not results[name][-1]
+
+
+def _attached(wiring: Wiring) -> str:
+    """Return the output by which what measures tells whether it is attached; nothing if nothing measures."""
+    link = wiring.link_to(f"{controller_of(wiring)}.eta_m_valid")
+    return f"{link.source.element}.attached" if link else ""
+
+
+def _commands(controller: str) -> list[str]:
+    return [f"{controller}.u[{i}]" for i in count(N_THRUSTERS)]
 
 
 def _stretch_begin(true: NDArray[np.bool_], end: int) -> int:

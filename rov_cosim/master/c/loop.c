@@ -132,42 +132,46 @@ static int take_step(const Loop *loop, size_t n, const double *given, volatile W
     return 1;
 }
 
-/* Add the outputs of a block to a row, and return where it goes on. */
-static char *record_block(char *row, const Block *block, int type) {
+/* Add the first `n` outputs of a block to a row, and return where it goes on. */
+static char *record_block(char *row, const Block *block, size_t n, int type) {
     static const size_t sizes[] = {sizeof(double), sizeof(int), 1, TEXT_SIZE};
     if (type == REAL || type == INTEGER)
-        memcpy(row, block->values, block->n * sizes[type]);
-    for (size_t i = 0; i < block->n && type == BOOLEAN; i++)
+        memcpy(row, block->values, n * sizes[type]);
+    for (size_t i = 0; i < n && type == BOOLEAN; i++)
         row[i] = ((const int *)block->values)[i] != 0;
-    for (size_t i = 0; i < block->n && type == STRING; i++) {
+    for (size_t i = 0; i < n && type == STRING; i++) {
         const char *text = ((const char *const *)block->values)[i];
         strncpy(row + i * TEXT_SIZE, text ? text : "", TEXT_SIZE);
     }
-    return row + block->n * sizes[type];
+    return row + n * sizes[type];
 }
 
-static void record(const Loop *loop, double time, char *row) {
+/* Write the time and the outputs, all or those to record, and return where the next row begins. */
+static char *record(const Loop *loop, int all, double time, char *row) {
     memcpy(row, &time, sizeof time);
     row += sizeof time;
     for (size_t i = 0; i < loop->n_slaves; i++)
-        for (int type = REAL; type < TYPES; type++)
-            if (loop->slaves[i].outputs[type].n)
-                row = record_block(row, &loop->slaves[i].outputs[type], type);
+        for (int type = REAL; type < TYPES; type++) {
+            const Block *block = &loop->slaves[i].outputs[type];
+            if (block->n)
+                row = record_block(row, block, all ? block->n : block->recorded, type);
+        }
+    return row;
 }
 
-int settle(const Loop *loop, size_t passes, const double *given, char *rows, volatile Watch *watch) {
+int settle(const Loop *loop, size_t passes, const double *given, size_t size, char *rows, volatile Watch *watch) {
     Loop lenient = *loop;
     lenient.must_be_finite = 0; /* what an FMU is fed first may be far from what it will be */
     for (size_t pass = 0; pass < passes; pass++) {
         for (size_t i = 0; i < loop->n_slaves; i++)
             if (!read(&lenient, i, watch))
                 return -1;
-        record(loop, 0, rows + pass % 2 * loop->row_size); /* first, for a String lasts until the next call of its FMU */
+        record(loop, 1, 0, rows + pass % 2 * size); /* first, for a String lasts until the next call of its FMU */
         for (size_t i = 0; i < loop->n_slaves; i++)
             if (!feed(&lenient, i, given, watch))
                 return -1;
         watch->call = 0;
-        if (pass && !memcmp(rows, rows + loop->row_size, loop->row_size))
+        if (pass && !memcmp(rows, rows + size, size))
             return 1;
     }
     return 0;
@@ -177,7 +181,7 @@ int begin(const Loop *loop, char *row, volatile Watch *watch) {
     for (size_t i = 0; i < loop->n_slaves; i++)
         if (!read(loop, i, watch))
             return 0;
-    record(loop, loop->start_time, row);
+    record(loop, 0, loop->start_time, row);
     watch->recorded = 1;
     watch->call = 0;
     return 1;
@@ -197,8 +201,7 @@ size_t run(const Loop *loop, size_t first, size_t count, const double *given, do
             return n;
         watch->call = 0;
         if (rows_after(first + n + 1, spacing) > rows_after(first + n, spacing)) {
-            record(loop, loop->start_time + (double)(first + n + 1) * loop->step, rows);
-            rows += loop->row_size;
+            rows = record(loop, 0, loop->start_time + (double)(first + n + 1) * loop->step, rows);
             watch->recorded++;
         }
     }

@@ -23,7 +23,7 @@ enum { TEXT_SIZE = 64 }; /* bytes of a String in a row; the rest of a longer one
 
 /* Some variables of one type of one FMU: the memory through which they are read or set. */
 typedef struct {
-    size_t n;
+    size_t n, recorded; /* the first so many of outputs are recorded */
     const fmi2ValueReference *references;
     void *values; /* double, int, int, or const char * */
 } Block;
@@ -38,7 +38,7 @@ typedef struct {
     fmi2SetRealTYPE *set_real;
     fmi2SetIntegerTYPE *set_integer;
     fmi2SetBooleanTYPE *set_boolean;
-    Block outputs[TYPES], inputs[TYPES]; /* those that are recorded, those that are fed; there is no input of STRING */
+    Block outputs[TYPES], inputs[TYPES]; /* all outputs, the inputs that are fed; there is no input of STRING */
     size_t parts, every; /* it takes so many equal steps in a step of the loop, or one in every so many: one of them is 1 */
 } Slave;
 
@@ -55,7 +55,7 @@ typedef struct {
 } Feed;
 
 typedef struct {
-    size_t n_slaves, n_copies, n_feeds, coupling, row_size;
+    size_t n_slaves, n_copies, n_feeds, coupling;
     const Slave *slaves;
     const Copy *copies;
     const Feed *feeds;
@@ -73,14 +73,14 @@ typedef struct {
 
 /* `given` has a row a step, of a number for each feed; it may be NULL where there are no feeds. */
 
-/* Hand the initial values on until no output changes, at most so many times; `rows` is room for two rows. Return 1 when they have
-   settled, 0 when they do not, -1 when a call failed. */
-API int settle(const Loop *loop, size_t passes, const double *given, char *rows, volatile Watch *watch);
+/* Hand the initial values on until no output changes, at most so many times; `rows` is room for two rows of all outputs, each of
+   `size` bytes. Return 1 when they have settled, 0 when they do not, -1 when a call failed. */
+API int settle(const Loop *loop, size_t passes, const double *given, size_t size, char *rows, volatile Watch *watch);
 
 /* Read all outputs and record the first row. Return whether that went well. */
 API int begin(const Loop *loop, char *row, volatile Watch *watch);
 
-/* Take `count` steps from the step `first` on. The outputs are recorded, a row each, after the first step at or beyond each multiple
+/* Take `count` steps from the step `first` on. The outputs to record make a row after the first step at or beyond each multiple
    of `spacing` steps. Return how many went well; if that is less, the watch has the call that failed, or none when it was told to
    stop. */
 API size_t run(const Loop *loop, size_t first, size_t count, const double *given, double spacing, char *rows, volatile Watch *watch);

@@ -7,7 +7,7 @@ from ...master.instances import Instances
 from ...ssp.wiring import Wiring, WiringError
 from ..changes import Changes
 from ..runs import simulated
-from ..scores import Score
+from ..scores import Score, outputs_scored
 from ..settings import Settings
 
 
@@ -23,7 +23,9 @@ def score_of(
 ) -> Score:
     """Return the score of a system with changes in it; one that cannot run is lost. Arguments as in `simulated`."""
     try:
-        done = simulated(changes.applied(wiring), settings, progress=lambda steps: steps, instances=instances)
+        changed = changes.applied(wiring)
+        kept = outputs_scored(changed)
+        done = simulated(changed, settings, progress=lambda steps: steps, instances=instances, recorded=kept)
     except WiringError as error:
         return Score("lost", reason=str(error))
     return done.score or Score("lost", reason="There is no vehicle with a pose eta in it.")

@@ -97,14 +97,13 @@ static void blame_in_loop(Elements *e, const Watch *watch) {
 /* --- making --- */
 
 static Block block(size_t n, const fmi2ValueReference *vr, void *values) {
-    Block made = {n, vr, values};
+    Block made = {n, 0, vr, values};
     return made;
 }
 
 /* Lay out the memory through which the loop reads outputs and feeds inputs. */
 static void lay_out(Elements *e) {
     size_t at = first_output, wholes = 0, fed = 0, fed_reals = 0, fed_wholes = 0;
-    e->loop.row_size = sizeof(double);
     for (size_t i = 0; i < N_ELEMENTS; i++) {
         const Element *element = &elements_table[i];
         for (int type = REAL; type < STRING; type++) {
@@ -114,7 +113,6 @@ static void lay_out(Elements *e) {
                 block(n, &references[at], is_real ? (void *)&e->values[at] : (void *)&e->whole_outputs[wholes]);
             e->slaves[i].inputs[type] = block(fed_n, &fed_references[fed],
                                               is_real ? (void *)&e->fed_reals[fed_reals] : (void *)&e->fed_wholes[fed_wholes]);
-            e->loop.row_size += n * (is_real ? sizeof(double) : type == INTEGER ? sizeof(int) : 1);
             at += n;
             fed += fed_n;
             wholes += is_real ? 0 : n;
@@ -136,7 +134,7 @@ static int make(Elements *e, size_t i, const char *resources) {
     Slave slave = {f->Instantiate(elements_table[i].name, fmi2CoSimulation, elements_table[i].guid, location, &e->callbacks[i],
                                   fmi2False, fmi2True),
                    f->DoStep, f->GetReal, f->GetInteger, f->GetBoolean, NULL, f->SetReal, f->SetInteger, f->SetBoolean,
-                   {{0, 0, 0}}, {{0, 0, 0}}, elements_table[i].parts, elements_table[i].every};
+                   {{0}}, {{0}}, elements_table[i].parts, elements_table[i].every};
     e->slaves[i] = slave;
     if (!fine(e, i, "fmi2Instantiate", slave.component ? fmi2OK : fmi2Error))
         return 0;
@@ -160,7 +158,7 @@ Elements *new_elements(const char *resources, double *values, char *failure, Hee
             return NULL;
         }
     }
-    Loop loop = {N_ELEMENTS, N_COPIES, 0, JACOBI, 0, e->slaves, copies, NULL, 0, inner_step, 1};
+    Loop loop = {N_ELEMENTS, N_COPIES, 0, JACOBI, e->slaves, copies, NULL, 0, inner_step, 1};
     e->loop = loop;
     lay_out(e);
     return e;
@@ -234,7 +232,7 @@ int enter(Elements *e, double start_time, int coupling) {
     for (size_t i = 0; i < N_ELEMENTS; i++)
         if (!CALL(e, i, SetupExperiment, fmi2False, 0, start_time, fmi2False, 0) || !CALL_BARE(e, i, EnterInitializationMode))
             return 0;
-    int settled = settle(&e->loop, MOST_PASSES, NULL, e->rows, &watch);
+    int settled = settle(&e->loop, MOST_PASSES, NULL, ROW_SIZE, e->rows, &watch);
     if (settled < 0)
         blame_in_loop(e, &watch);
     else if (!settled)
