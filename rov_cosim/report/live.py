@@ -13,7 +13,7 @@ from ..ssp.wiring import Wiring
 from ..study import assessment, scores
 from ..study.assessment import AXES
 from ..study.matrix import Loops, wired
-from ..study.nominal import DoesNotApplyError, Nominal
+from ..study.nominal import DoesNotApplyError
 from ..study.troubles import ONSET, TROUBLES
 from ..systems.fleet import CONTROLLERS, VEHICLES, named
 from ..whole.layout import COUPLING, Layout, Shown, laid_out
@@ -114,8 +114,7 @@ def _troubles(wiring: Wiring) -> Mapping[str, Mapping[str, float]]:
     found = {}
     for trouble in TROUBLES.values():
         with suppress(DoesNotApplyError):
-            trouble.applied(wiring)
-            found[trouble.name] = {end: float(value) for end, value in trouble.values(Nominal(wiring)).items()}
+            found[trouble.name] = {end: float(value) for end, value in trouble.values_in(wiring).items()}
     return found
 
 

@@ -66,11 +66,12 @@ def _element_problems(form: _Form) -> Iterable[str]:
 
 def _value_problems(wiring: Wiring) -> Iterable[str]:
     for element in wiring.elements:
+        known = element.variables
         for variable in element.start_values:
-            if variable not in element.variables:
-                hint = suggestion(variable, element.variables, f"{element.name}.")
+            if variable not in known:
+                hint = suggestion(variable, known, f"{element.name}.")
                 yield f"There is no parameter {element.name}.{variable}." + hint
-            elif not is_settable(element.variables[variable]):
+            elif not is_settable(known[variable]):
                 yield f"{element.name}.{variable} cannot be set: it is neither a parameter nor an input, nor exact."
 
 

@@ -201,6 +201,12 @@ def variables_of(description: ModelDescription) -> Mapping[str, ModelVariable]:
     return {variable.name: variable for variable in description.modelVariables}
 
 
+@remembered
+def inputs_of(description: ModelDescription) -> frozenset[str]:
+    """Return the names of an FMU's inputs."""
+    return frozenset(variable.name for variable in description.modelVariables if variable.causality == "input")
+
+
 def suggestion(name: str, known: Iterable[str], prefix: str = "") -> str:
     """Return a hint at the names most like an unknown one, each shown with a prefix, or nothing."""
     close = get_close_matches(name, list(known), n=3)

@@ -10,7 +10,6 @@ from ..ssp.swap_map import SwapMap
 from ..ssp.swapping import with_swaps
 from ..ssp.values import Value
 from ..ssp.wiring import Wiring, WiringError, suggestion
-from .nominal import Nominal
 from .troubles import TROUBLES
 
 
@@ -58,8 +57,9 @@ class Changes:
         changed = changed.with_values(self.values)
         by = dict.fromkeys(self.values, "")
         for name in self.troubles:
-            before, changed = changed, TROUBLES[name].applied(changed)
-            for end in TROUBLES[name].values(Nominal(before)):
+            values = TROUBLES[name].values_in(changed)
+            before, changed = changed, changed.with_values(values)
+            for end in values:
                 if by.get(end):
                     problem = f"The troubles {by[end]} and {name} both set {end}: take one of them."
                     raise WiringError(wiring.name, [problem])

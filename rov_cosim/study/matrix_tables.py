@@ -103,7 +103,7 @@ def draw_heat_map(matrix: Matrix, paths: Iterable[Path], note: str = "") -> None
     figure.suptitle(f"{title}\n{note}" if note else title, fontsize=10)
     if layout := figure.get_layout_engine():  # once, for each would draw all cells twice
         layout.execute(figure)
-        figure.set_layout_engine("none")
+        figure.set_layout_engine(None)
     for path in paths:
         save(figure, path, dpi=130)
 

@@ -46,7 +46,11 @@ class Trouble:
     values: Callable[[Nominal], Values]
 
     def applied(self, wiring: Wiring) -> Wiring:
-        """Return the loop with the trouble in it.
+        """Return the loop with the trouble in it; it raises what `values_in` does."""
+        return wiring.with_values(self.values_in(wiring))
+
+    def values_in(self, wiring: Wiring) -> Values:
+        """Return the start values that bring it about in a loop.
 
         Raises
         ------
@@ -61,7 +65,7 @@ class Trouble:
                     loop.needs_receiver(output)
         if values and all(loop.value(end) == value for end, value in values.items()):
             raise DoesNotApplyError(wiring.name, ["The trouble changes nothing here."])
-        return wiring.with_values(values)
+        return values
 
 
 def _fixed(**elements: Values) -> Callable[[Nominal], Values]:

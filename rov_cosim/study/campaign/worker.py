@@ -1,5 +1,6 @@
 """What a worker has and does: the systems of a campaign, their FMUs unpacked, and one run after the other."""
 
+import gc
 import tempfile
 from collections.abc import Hashable, Iterable, Mapping
 from contextlib import ExitStack
@@ -42,6 +43,7 @@ class Systems(WorkerPlugin):
             self._instances = self._stack.enter_context(Instances(*self._here.values()))
         finally:
             tempfile.tempdir = before
+        gc.freeze()  # the descriptions of the FMUs are many objects, of which no run makes garbage
 
     def teardown(self, worker: Worker) -> None:
         """Remove what was unpacked."""
