@@ -6,10 +6,12 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from copy import copy
 from dataclasses import replace
 
 import numpy as np
+import psutil
 import pytest
 
 from rov_cosim.components.interface import POSE
@@ -168,8 +170,9 @@ def test_several_systems_are_certified_in_processes_as_in_one(fmus, tmp_path):
     assert [row.split("`")[1] for row in pages[0][1]] == ["paper_simulation", "station_keeping"]
 
 
-@pytest.mark.slow
-def test_ctrl_c_ends_the_processes_that_certify_at_once(fmus):
+@pytest.fixture
+def certifying(fmus):
+    """Start a command whose processes certify for minutes."""
     command = [sys.executable, "-m", "rov_cosim.cli.main", "certify", "station_keeping", "rexrov", "minerva"]
     process = subprocess.Popen(
         [*command, "--states", "100000", "--jobs", "2"],
@@ -178,10 +181,29 @@ def test_ctrl_c_ends_the_processes_that_certify_at_once(fmus):
         text=True,
         start_new_session=True,
     )
-    time.sleep(10)  # until they are at work, for minutes
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the parent and to its processes
-    _, told = process.communicate(timeout=30)  # they all have its pipes
-    assert process.returncode == 1
+    time.sleep(10)
+    yield process
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("is_to_all", [True, False])
+def test_ctrl_c_ends_the_processes_that_certify_at_once(certifying, is_to_all):
+    # A terminal interrupts the parent and its processes.
+    (os.killpg if is_to_all else os.kill)(certifying.pid, signal.SIGINT)
+    _, told = certifying.communicate(timeout=30)  # they all have its pipes
+    assert certifying.returncode == 1
+    assert "Traceback" not in told
+
+
+@pytest.mark.slow
+def test_a_process_that_is_ended_while_it_certifies_ends_the_command(certifying):
+    busiest = max(psutil.Process(certifying.pid).children(recursive=True), key=lambda one: sum(one.cpu_times()[:2]))
+    busiest.kill()
+    _, told = certifying.communicate(timeout=30)
+    assert certifying.returncode == 1
+    assert "A process that certifies was ended" in told
     assert "Traceback" not in told
 
 

@@ -3,15 +3,18 @@
 import shlex
 import signal
 import sys
-from contextlib import ExitStack
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, contextmanager
 from functools import partial
-from multiprocessing import get_context
-from multiprocessing.pool import Pool
+from multiprocessing import active_children, get_context
 from pathlib import Path
 
 import click
 
 from ...control.certificate import Certificate
+from ...errors import UserError
 from ...ssp.declaration import System
 from ...ssp.wiring import Wiring
 from ...study.campaign import servant
@@ -50,7 +53,7 @@ def command(
             wirings.append(wiring)
     jobs, rows = min(jobs, len(wirings)), []
     with ExitStack() as stack:
-        each = map if jobs == 1 else stack.enter_context(_processes(jobs)).imap
+        each = map if jobs == 1 else stack.enter_context(_processes(jobs)).map
         for i, (lines, row) in enumerate(each(partial(_certified, states=states), wirings)):
             click.echo("\n" * bool(i) + "\n".join(lines))
             rows.append(row)
@@ -66,6 +69,16 @@ def _certified(wiring: Wiring, states: int) -> tuple[list[str], list[str]]:
     return list(page(certificate, worst)), list(cells(certificate))
 
 
-def _processes(jobs: int) -> Pool:
-    """Return processes that leave Ctrl-C to this one, and end with the context, whatever they are at."""
-    return get_context(servant.method()).Pool(jobs, signal.signal, (signal.SIGINT, signal.SIG_IGN))
+@contextmanager
+def _processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Yield processes that leave Ctrl-C to this one, and end with the context, whatever they are at."""
+    context = get_context(servant.method())
+    pool = ProcessPoolExecutor(jobs, context, signal.signal, (signal.SIGINT, signal.SIG_IGN))
+    try:
+        yield pool
+    except BrokenProcessPool:
+        raise UserError("A process that certifies was ended, perhaps for want of memory: take fewer --jobs.") from None
+    finally:
+        for process in active_children():
+            process.terminate()
+        pool.shutdown(cancel_futures=True)
