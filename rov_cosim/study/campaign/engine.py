@@ -123,9 +123,10 @@ class _Dispatch:
 
 @contextmanager
 def _client(jobs: int, scheduler: str) -> Iterator[Client]:
+    # What is lost is told in a line of ours. A cluster silences its own until it is closed, and some of it speaks later.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
         if scheduler:
-            logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what is lost is told in a line of ours
             try:
                 client = stack.enter_context(Client(scheduler, timeout="10s", set_as_default=False))
             except (OSError, ValueError) as error:
