@@ -18,7 +18,7 @@ from rov_cosim.master.memory import Watch
 from rov_cosim.master.simulation import SimulationError, simulate
 from rov_cosim.ssp import reader as ssp_reader
 from rov_cosim.ssp.declaration import System, wire
-from rov_cosim.ssp.wiring import End, Link, Wiring
+from rov_cosim.ssp.wiring import End, Link, Wiring, WiringError
 from rov_cosim.systems.catalogue import SYSTEMS
 from rov_cosim.whole import writer as ssp_writer
 from typical import distinct, typical
@@ -168,16 +168,29 @@ def test_some_outputs_recorded_are_the_same_as_among_all(fmus, in_numpy):
     wiring = wire(SYSTEMS["station_keeping"], fmus)
     wanted = ["controller.saturated", "rov_plant.nu.r", "rov_plant.eta.x"]
     every = simulate(wiring, stop_time=3.0, in_numpy=in_numpy)
-    some = simulate(wiring, stop_time=3.0, in_numpy=in_numpy, recorded={*wanted, "rov_plant.nobody"})
+    some = simulate(wiring, stop_time=3.0, in_numpy=in_numpy, recorded=wanted)
     assert set(some.dtype.names) == {"time", *wanted}
     assert some.dtype.itemsize == 8 + 1 + 8 + 8
     assert all(np.array_equal(some[name], every[name]) for name in some.dtype.names)
 
 
-def test_what_is_not_recorded_is_checked_all_the_same(plain_gain, tmp_path):
+def test_what_is_not_recorded_is_checked_all_the_same_in_the_order_of_the_fmu(plain_gain, tmp_path):
     wiring = chain(plain_gain, tmp_path, n=2, g0={"rate": 1e308}, g1={"rate": 1e308})
     with pytest.raises(SimulationError, match=r"y is inf"):
         simulate(replace(wiring, stop_time=30.0), recorded=())
+    with Instances(wiring := wire(SYSTEMS["station_keeping"])) as instances:
+        orders = []
+        for recorded in (None, ["rov_plant.nu.r"]):
+            exchange = instances.exchange(wiring, (), lambda message: None, recorded=recorded)
+            orders.append([block.names for slave in exchange.slaves for block in slave.outputs.values()])
+            instances.free()
+    assert orders[0] == orders[1]
+
+
+@pytest.mark.parametrize("recorded", [{"rov_plant.eta.xx"}, {"rov_plant.mass"}, "rov_plant.eta.x"])
+def test_what_is_no_output_cannot_be_recorded(fmus, recorded):
+    with pytest.raises(WiringError, match="There is no output "):
+        simulate(wire(SYSTEMS["station_keeping"], fmus), recorded=recorded)
 
 
 def test_factors_are_handed_on_in_c_as_in_python(plain_gain):

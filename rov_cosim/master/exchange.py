@@ -103,15 +103,15 @@ class Exchange:
         Of all outputs the array is one of `whole`.
         """
         blocks = [block for slave in self.slaves for block in slave.outputs.values()]
-        taken = [(block, len(block.names) if all_ else block.recorded) for block in blocks]
-        columns = [(f"{i}", block.dtype, (n,)) for i, (block, n) in enumerate(taken)]
+        taken = [np.arange(len(block.names)) if all_ else block.recorded for block in blocks]
+        columns = [(f"{i}", blocks[i].dtype, (len(places),)) for i, places in enumerate(taken)]
         grouped = rows.view([("time", np.float64), *columns])
-        times, places = grouped["time"], [(grouped[f"{i}"], block, n) for i, (block, n) in enumerate(taken)]
+        times, parts = grouped["time"], [(grouped[f"{i}"], blocks[i], places) for i, places in enumerate(taken)]
 
         def record(row: int, time: float) -> None:
             times[row] = time
-            for column, block, n in places:
-                column[row] = block.first(n)
+            for column, block, places in parts:
+                column[row] = block.recordable()[places]
 
         return record
 

@@ -25,7 +25,13 @@ _OPTIONS = (*zig.SHARED, "-DLOOP_LIBRARY")
 
 
 class _Block(Structure):
-    _fields_ = (("n", c_size_t), ("recorded", c_size_t), ("references", c_void_p), ("values", c_void_p))
+    _fields_ = (
+        ("n", c_size_t),
+        ("n_recorded", c_size_t),
+        ("recorded", c_void_p),
+        ("references", c_void_p),
+        ("values", c_void_p),
+    )
 
 
 class _Slave(Structure):
@@ -195,7 +201,8 @@ def _built(source: dict[str, bytes], recipe: str) -> Path:
 def _block(block: Block | None) -> _Block:
     if block is None:
         return _Block()
-    return _Block(len(block.names), block.recorded, cast(block.references, c_void_p), block.values.ctypes.data)
+    references, places = cast(block.references, c_void_p), block.recorded
+    return _Block(len(block.names), len(places), places.ctypes.data, references, block.values.ctypes.data)
 
 
 def _data(array: NDArray[np.float64] | None) -> int | None:

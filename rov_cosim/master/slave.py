@@ -65,12 +65,14 @@ class SlaveError(Exception):
 class Block:
     """Some variables of one type of one FMU, and the memory through which they are read or set.
 
-    Of outputs the first `recorded` are recorded.
+    `recorded` has the places of those that are recorded, of outputs.
     """
 
-    def __init__(self, type_: str, variables: list[ModelVariable], recorded: int = 0) -> None:
+    def __init__(self, type_: str, variables: list[ModelVariable], recorded: Collection[str] | None = None) -> None:
         n = len(variables)
-        self.type, self.names, self.recorded = type_, [variable.name for variable in variables], recorded
+        self.type, self.names = type_, [variable.name for variable in variables]
+        kept = [i for i, name in enumerate(self.names) if recorded is None or name in recorded]
+        self.recorded = np.array(kept, dtype=np.uintp)
         self.references = (c_uint32 * n)(*(variable.valueReference for variable in variables))
         self.memory = (_CTYPES[type_] * n)()
         self.values = np.frombuffer(self.memory, dtype=np.uintp if type_ == "String" else np.dtype(_CTYPES[type_]))
@@ -86,11 +88,11 @@ class Block:
         """Whether all its values, of Reals, are finite numbers."""
         return bool(np.isfinite(self.values).all())
 
-    def first(self, n: int) -> NDArray[Any]:
-        """Return the first so many values as they are recorded."""
+    def recordable(self) -> NDArray[Any]:
+        """Return all values as they are recorded."""
         if self.type != "String":
-            return self.values[:n]
-        return np.array([(text or b"")[:TEXT_SIZE] for text in self.memory[:n]], dtype=self.dtype)
+            return self.values
+        return np.array([(text or b"")[:TEXT_SIZE] for text in self.memory], dtype=self.dtype)
 
 
 class Slave:
@@ -148,15 +150,13 @@ class Slave:
         self._call(self.fmu.freeLibrary, "u")
 
     def lay_out(self, fed: Collection[str], recorded: Collection[str] | None = None) -> None:
-        """Lay out the memory of the outputs, first those to record, all if left out, and of the inputs that are fed."""
+        """Lay out the memory of the outputs, with those to record, all if left out, and of the inputs that are fed."""
         self.outputs, self.inputs = {}, {}
         variables = self.element.variables.values()
         for type_ in TYPES:
             of_type = [v for v in variables if function_type(v) == type_]
             if outputs := [v for v in of_type if v.causality == "output"]:
-                first = [v for v in outputs if recorded is None or v.name in recorded]
-                rest = [v for v in outputs if recorded is not None and v.name not in recorded]
-                self.outputs[type_] = Block(type_, first + rest, len(first))
+                self.outputs[type_] = Block(type_, outputs, recorded)
             if inputs := [v for v in of_type if v.name in fed]:
                 self.inputs[type_] = Block(type_, inputs)
 
@@ -225,7 +225,7 @@ class Slave:
         return [
             (f"{self.element.name}.{name}", block.dtype)
             for block in self.outputs.values()
-            for name in block.names[: None if all_ else block.recorded]
+            for name in (block.names if all_ else [block.names[i] for i in block.recorded])
         ]
 
 

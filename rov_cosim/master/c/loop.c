@@ -132,18 +132,26 @@ static int take_step(const Loop *loop, size_t n, const double *given, volatile W
     return 1;
 }
 
-/* Add the first `n` outputs of a block to a row, and return where it goes on. */
-static char *record_block(char *row, const Block *block, size_t n, int type) {
+/* Add outputs of a block to a row, all or those to record, and return where it goes on. */
+static char *record_block(char *row, const Block *block, int all, int type) {
     static const size_t sizes[] = {sizeof(double), sizeof(int), 1, TEXT_SIZE};
-    if (type == REAL || type == INTEGER)
-        memcpy(row, block->values, n * sizes[type]);
-    for (size_t i = 0; i < n && type == BOOLEAN; i++)
-        row[i] = ((const int *)block->values)[i] != 0;
-    for (size_t i = 0; i < n && type == STRING; i++) {
-        const char *text = ((const char *const *)block->values)[i];
-        strncpy(row + i * TEXT_SIZE, text ? text : "", TEXT_SIZE);
+    const size_t n = all ? block->n : block->n_recorded, size = sizes[type];
+    if (n == block->n && (type == REAL || type == INTEGER)) {
+        memcpy(row, block->values, n * size);
+        return row + n * size;
     }
-    return row + n * sizes[type];
+    for (size_t i = 0; i < n; i++, row += size) {
+        size_t place = all ? i : block->recorded[i];
+        if (type == BOOLEAN) {
+            *row = ((const int *)block->values)[place] != 0;
+        } else if (type == STRING) {
+            const char *text = ((const char *const *)block->values)[place];
+            strncpy(row, text ? text : "", TEXT_SIZE);
+        } else {
+            memcpy(row, (const char *)block->values + place * size, size);
+        }
+    }
+    return row;
 }
 
 /* Write the time and the outputs, all or those to record, and return where the next row begins. */
@@ -154,7 +162,7 @@ static char *record(const Loop *loop, int all, double time, char *row) {
         for (int type = REAL; type < TYPES; type++) {
             const Block *block = &loop->slaves[i].outputs[type];
             if (block->n)
-                row = record_block(row, block, all ? block->n : block->recorded, type);
+                row = record_block(row, block, all, type);
         }
     return row;
 }

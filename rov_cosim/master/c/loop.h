@@ -23,7 +23,8 @@ enum { TEXT_SIZE = 64 }; /* bytes of a String in a row; the rest of a longer one
 
 /* Some variables of one type of one FMU: the memory through which they are read or set. */
 typedef struct {
-    size_t n, recorded; /* the first so many of outputs are recorded */
+    size_t n, n_recorded;
+    const size_t *recorded; /* of outputs, the places of those that make a row */
     const fmi2ValueReference *references;
     void *values; /* double, int, int, or const char * */
 } Block;

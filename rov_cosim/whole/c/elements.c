@@ -97,7 +97,7 @@ static void blame_in_loop(Elements *e, const Watch *watch) {
 /* --- making --- */
 
 static Block block(size_t n, const fmi2ValueReference *vr, void *values) {
-    Block made = {n, 0, vr, values};
+    Block made = {n, 0, NULL, vr, values};
     return made;
 }
 
