@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 
 from rov_cosim.master.simulation import simulate
+from rov_cosim.ssp.declaration import wire
 from rov_cosim.study.campaign.case import score_of
 from rov_cosim.study.changes import Changes
-from rov_cosim.study.scores import LOST, OFFSET, SWAY, VERDICTS, score
+from rov_cosim.study.runs import simulated
+from rov_cosim.study.scores import LOST, OFFSET, SWAY, VERDICTS, outputs_scored, score
+from rov_cosim.study.settings import Settings
+from rov_cosim.systems.catalogue import SYSTEMS
 
 VEHICLE = "bluerov2"
 
@@ -121,10 +125,24 @@ def test_the_outputs_that_are_scored_give_the_score_of_all(loops):
     for trouble in ("still_water", "varying_current_1", "arm_pull", "overload", "far_out_of_reach"):
         for controller in ("adaptive_pd", "extended", "pd"):
             wiring = Changes(troubles=(trouble,)).applied(loops[VEHICLE, controller])
-            whole = score(simulate(wiring), wiring)
-            assert score_of(wiring, Changes()) == whole
+            every, some = simulate(wiring), simulate(wiring, recorded=outputs_scored(wiring))
+            assert len(some.dtype.names) < len(every.dtype.names) / 2
+            whole = score(every, wiring)
+            assert score(some, wiring) == score_of(wiring, Changes()) == whole
             found.add(whole.verdict)
     assert found == set(VERDICTS)
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_a_set_point_that_is_fed_is_what_the_vehicle_is_held_to(fmus, tmp_path, apart):
+    table = tmp_path / "given.csv"
+    table.write_text("time,controller.eta_d.x\n0,0\n20,0.1\n", encoding="utf-8")
+    wiring = wire(SYSTEMS["station_keeping"], fmus)
+    done = simulated(wiring, Settings(input=table, isolate=apart))
+    assert done.score.verdict == "held"
+    assert done.results["controller.eta_d.x"][[0, -1]].tolist() == [0.0, 0.1]
+    assert done.results["controller.eta_d.x"][100] == pytest.approx(0.015)
+    assert score(simulate(wiring), wiring).mean == pytest.approx(done.score.mean, abs=2e-3)
 
 
 def test_pd_estimates_nothing(loops):

@@ -227,7 +227,9 @@ def arguments(target: str, output: str, options: Iterable[str], code: Iterable[s
     # zig has no linker that can for macOS, nor libraries for Windows. An object would be compiled anew in each link:
     # that pays where nothing else inlines, as an engine of WebAssembly does not.
     whole = ["-flto"] if "wasm" in target or ("linux" in target and not is_object) else []
-    return ["cc", "-target", target, *FLAGS, *whole, *options, "-o", output, *code, *libraries]
+    # In equations written out operation by operation, packing pairs of them into vectors pays with AVX alone.
+    single = [] if target.startswith("x86_64") else ["-fno-slp-vectorize"]
+    return ["cc", "-target", target, *FLAGS, *single, *whole, *options, "-o", output, *code, *libraries]
 
 
 def _universal(slices: Mapping[str, bytes]) -> bytes:

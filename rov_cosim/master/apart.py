@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from ..ssp.checks import problems_of
 from ..ssp.wiring import Wiring, WiringError
 from .exchange import Coupling, jacobi
+from .given import Given, with_fed
 from .interrupts import deferred
 from .memory import Memory, Watch, seen_rows, seen_watch
 from .simulation import Progress, SimulationError, simulate
@@ -84,7 +85,7 @@ def simulate_apart(
                 seen = max(seen, taken)
         finally:
             child.close()
-        return child.outcome(wiring)
+        return child.outcome(wiring, how.get("inputs"))
 
 
 class _Child:
@@ -137,9 +138,11 @@ class _Child:
         self._process.kill()
         self._process.wait()
 
-    def outcome(self, wiring: Wiring) -> NDArray[Any]:
+    def outcome(self, wiring: Wiring, inputs: NDArray[Any] | None) -> NDArray[Any]:
         """Return the results of the process, or raise what it raised, or what it died of."""
         results = seen_rows(self._folder)[: self.watch.recorded]
+        if len(results) and inputs is not None:
+            results = with_fed(results, Given(inputs, wiring))
         try:
             kind, *details = json.loads((self._folder / _OUTCOME).read_text(encoding="utf-8"))
         except FileNotFoundError:

@@ -46,6 +46,19 @@ def _are_of(type_: str, column: NDArray[Any]) -> bool:
     return bool(np.all((column >= least) & (column <= most) & (column == np.floor(column))))
 
 
+def with_fed(results: NDArray[Any], given: "Given | None") -> NDArray[Any]:
+    """Return results with a field for each input that was fed besides, as it is at the time of each row."""
+    if given is None or not len(results):
+        return results
+    fed = [str(end) for end in given.ends]
+    whole = np.empty(len(results), [*results.dtype.descr, *((name, np.float64) for name in fed)])
+    for name in results.dtype.names or ():
+        whole[name] = results[name]
+    for name, values in zip(fed, given.at(results["time"]).T, strict=True):
+        whole[name] = values
+    return whole
+
+
 class Given:
     """The values of inputs over time: Reals that are continuous between two rows linear, the rest held.
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ..errors import UserError
 from ..ssp.checks import problems_of
-from ..ssp.wiring import Wiring, WiringError
+from ..ssp.wiring import Wiring, WiringError, suggestion
 from .exchange import Coupling, Exchange, InPython, Steps, jacobi, rows_after
-from .given import Given, problems_of_given
+from .given import Given, problems_of_given, with_fed
 from .in_c import InC, in_c
 from .instances import Instances, LoadError
 from .interrupts import deferred
@@ -66,15 +66,15 @@ def simulate(
     inputs : a table of unconnected inputs over time, as `given.problems_of_given` tells.
     output_interval : time in s; there is a row for the first step at or beyond each multiple of it, and for each step
         if it is left out.
-    recorded : the outputs, ``element.variable``, of which there is a field; those that there are not are passed over,
-        and it is all if left out.
+    recorded : the outputs, ``element.variable``, of which there is a field; all if left out.
     allow_not_finite : go on when an output is not finite.
     in_numpy : step in Python, not in C where there is a compiler; the results are the same to the last bit.
     memory : where results are kept; if left out in memory, or in a temporary file if they are many.
 
     Returns
     -------
-    Field ``time`` in s and one field for each output that is recorded; a row for the start and each step's end.
+    Field ``time`` in s and one for each output that is recorded and each input that is fed; a row for the start and
+    each step's end.
 
     Raises
     ------
@@ -88,6 +88,8 @@ def simulate(
         problems.append(
             f"The output interval is {output_interval} s; expected at least a step of {wiring.step_size:g} s."
         )
+    if unknown := sorted({*(recorded or ())} - wiring.outputs):
+        problems += [f"There is no output {name}.{suggestion(name, wiring.outputs)}" for name in unknown]
     if problems:
         raise WiringError(wiring.name, problems)
     n_steps = int(np.floor((wiring.stop_time - wiring.start_time) / wiring.step_size * (1 + 1e-9)))
@@ -131,8 +133,8 @@ class _Run:
 
     @property
     def results(self) -> NDArray[Any]:
-        """The rows recorded so far."""
-        return self._rows[: self._memory.watch.recorded]
+        """The rows recorded so far, with what was fed."""
+        return with_fed(self._rows[: self._memory.watch.recorded], self._given)
 
     def begin(self, exchange: Exchange, in_numpy: bool) -> None:
         """Take the slaves through their initialization, and record the first row."""

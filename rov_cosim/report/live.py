@@ -114,7 +114,9 @@ def _troubles(wiring: Wiring) -> Mapping[str, Mapping[str, float]]:
     found = {}
     for trouble in TROUBLES.values():
         with suppress(DoesNotApplyError):
-            found[trouble.name] = {end: float(value) for end, value in trouble.values_in(wiring).items()}
+            values = trouble.values_in(wiring)
+            wiring.with_values(values)
+            found[trouble.name] = {end: float(value) for end, value in values.items()}
     return found
 
 

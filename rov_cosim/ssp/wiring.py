@@ -112,7 +112,7 @@ class Wiring:
     @property
     def outputs(self) -> set[str]:
         """All outputs, as ``element.variable``."""
-        return {f"{e.name}.{v.name}" for e in self.elements for v in e.variables.values() if v.causality == "output"}
+        return {f"{e.name}.{output}" for e in self.elements for output in outputs_of(e.description)}
 
     def runs_as(self, other: "Wiring") -> bool:
         """Tell whether a run of this system is one of another: the same FMUs, links, values and times."""
@@ -125,9 +125,10 @@ class Wiring:
         return self.stop_time != inf
 
     def value(self, end: str) -> Value | None:
-        """Return the start value of ``element.variable``, or None if the system has no such variable."""
+        """Return the start value of ``element.variable``, or None if there is none, or no such variable."""
         element, variable = self.parted(end)
-        return element.value(variable) if element and variable in element.variables else None
+        known = element is not None and variable in element.variables and element.has_value(variable)
+        return element.value(variable) if element and known else None
 
     def parted(self, end: str) -> tuple[Element | None, str]:
         """Return element and variable of ``element.variable``, either of which may have dots in its name.
@@ -205,6 +206,12 @@ def variables_of(description: ModelDescription) -> Mapping[str, ModelVariable]:
 def inputs_of(description: ModelDescription) -> frozenset[str]:
     """Return the names of an FMU's inputs."""
     return frozenset(variable.name for variable in description.modelVariables if variable.causality == "input")
+
+
+@remembered
+def outputs_of(description: ModelDescription) -> frozenset[str]:
+    """Return the names of an FMU's outputs."""
+    return frozenset(variable.name for variable in description.modelVariables if variable.causality == "output")
 
 
 def suggestion(name: str, known: Iterable[str], prefix: str = "") -> str:

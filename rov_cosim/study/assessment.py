@@ -51,7 +51,7 @@ def outputs_assessed(wiring: Wiring) -> set[str]:
     inputs = [f"{controller}.eta_m_valid", *(f"{group}.{axis}" for group in groups for axis in POSE)]
     sources = {str(link.source) for end in inputs if (link := wiring.link_to(end))}
     true_pose = () if arm else _PLANT_POSE
-    return sources.union(true_pose, *_disturbance_ends(wiring).values())
+    return sources.union(true_pose, *_disturbance_ends(wiring).values()) & wiring.outputs
 
 
 def pose(results: NDArray[Any], wiring: Wiring) -> NDArray[np.float64]:
@@ -206,6 +206,8 @@ def controller_of(wiring: Wiring) -> str:
 
 
 def _input(results: NDArray[Any], wiring: Wiring, end: str) -> Any:
-    """Return what an input had: its source's results if it is connected, else its start value; 0 if there is none."""
+    """Return what an input had: what it was fed, what its source gave, its start value, or else 0."""
+    if end in (results.dtype.names or ()):
+        return results[end]
     link = wiring.link_to(end)
     return link.factor * results[str(link.source)] if link else wiring.value(end) or 0.0

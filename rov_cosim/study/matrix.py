@@ -144,7 +144,7 @@ def _cells(loops: Loops, troubles: Sequence[str]) -> list[Cell]:
 
 def _why_not(loops: Loops, cell: Cell) -> str:
     try:
-        TROUBLES[cell.trouble].values_in(loops[cell.vehicle, cell.controller])
+        TROUBLES[cell.trouble].applied(loops[cell.vehicle, cell.controller])
     except DoesNotApplyError as error:
         return " ".join(error.problems)
     return ""

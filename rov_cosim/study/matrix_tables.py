@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from textwrap import fill
 
+import matplotlib
 import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
@@ -103,7 +104,8 @@ def draw_heat_map(matrix: Matrix, paths: Iterable[Path], note: str = "") -> None
     figure.suptitle(f"{title}\n{note}" if note else title, fontsize=10)
     if layout := figure.get_layout_engine():  # once, for each would draw all cells twice
         layout.execute(figure)
-        figure.set_layout_engine(None)
+        with matplotlib.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
+            figure.set_layout_engine(None)  # not "none", which counts as a layout
     for path in paths:
         save(figure, path, dpi=130)
 

@@ -12,6 +12,7 @@ from ..ssp.wiring import Wiring
 from .assessment import (
     AXES,
     SETTLED,
+    assessable,
     controller_of,
     disturbances,
     errors_of,
@@ -121,10 +122,12 @@ def score(results: NDArray[Any], wiring: Wiring, failure: str = "") -> Score:
 
 
 def outputs_scored(wiring: Wiring) -> set[str]:
-    """Return the outputs that `score` reads of the results of a system, whether it has them or not."""
+    """Return the outputs that `score` reads of the results of a system; none if it is not `assessable`."""
+    if not assessable(wiring):
+        return set()
     controller = controller_of(wiring)
     own = {*_commands(controller), f"{controller}.saturated", _attached(wiring)}
-    return own | outputs_assessed(wiring)
+    return own & wiring.outputs | outputs_assessed(wiring)
 
 
 def commands_of(results: NDArray[Any], controller: str) -> NDArray[np.float64] | None:

@@ -123,7 +123,7 @@ class _Dispatch:
 
 @contextmanager
 def _client(jobs: int, scheduler: str) -> Iterator[Client]:
-    # What is lost is told in a line of ours. A cluster silences its own until it is closed, and some of it speaks later.
+    # What is lost is told in a line of ours. A cluster silences its own until it is closed, and some speaks later.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
         if scheduler:
